@@ -2,7 +2,7 @@
 //! of the emission, and errors are no larger than the tolerance.
 
 use emitree::{FromFn, RenderOptions, VolOptions, render};
-use emitree_problems::jumps::named_jump;
+use emitree_problems::jumps::{Jump, named_jump, random_jump};
 use emitree_problems::views::Outcome;
 
 const TOLERANCE: f64 = 0.01;
@@ -10,7 +10,11 @@ const TOLERANCE: f64 = 0.01;
 /// A view of the ball, and its evaluations.
 #[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 fn check(camera: &str, is_inside: bool, around: &str, evaluations: u64) {
-    let view = named_jump("ball", camera, is_inside, around).unwrap();
+    check_view(&named_jump("ball", camera, is_inside, around).unwrap(), evaluations);
+}
+
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+fn check_view(view: &Jump, evaluations: u64) {
     let exact = view.reference_image();
     let emission = FromFn(|position, _| view.rate(position));
     let options = RenderOptions::new(VolOptions::new(TOLERANCE));
@@ -23,31 +27,40 @@ fn check(camera: &str, is_inside: bool, around: &str, evaluations: u64) {
 
 #[test]
 fn a_pinhole() {
-    check("perspective", false, "bounds", 6331);
+    check("perspective", false, "bounds", 6328);
 }
 
 /// From inside it took 152,684 when surfaces were searched for on the image plane, whose poles are single lines.
 #[test]
 fn rows_of_latitudes() {
-    check("equirectangular", true, "nothing", 4778);
+    check("equirectangular", true, "nothing", 4779);
 }
 
 #[test]
 fn a_polar_view() {
-    check("polar", false, "bounds", 4897);
+    check("polar", false, "bounds", 5011);
     check("polar", true, "nothing", 5194);
 }
 
 /// 45,393 with spherical bounds (from further away) and 155,316 from inside by image trees.
 #[test]
 fn a_disc() {
-    check("fisheye", false, "bounds", 5354);
+    check("fisheye", false, "bounds", 5483);
     check("fisheye", true, "nothing", 4799);
 }
 
 /// 14,431 from inside by image trees.
 #[test]
 fn twelve_faces() {
-    check("healpix", false, "bounds", 4631);
+    check("healpix", false, "bounds", 4635);
     check("healpix", true, "nothing", 10_292);
+}
+
+/// Shapes that one to three of 2,048 to 16,384 samples meet: 43,160 and 117,030 not converged, 60,075 and 101,090 by image
+/// trees, when these samples did not serve the search for surfaces.
+#[test]
+fn shapes_that_few_samples_meet() {
+    for (seed, evaluations) in [(10, 15_814), (41, 34_530), (60, 11_993), (66, 24_134)] {
+        check_view(&random_jump(seed), evaluations);
+    }
 }

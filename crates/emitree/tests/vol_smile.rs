@@ -25,10 +25,10 @@ fn check(seed: u64, evaluations: u64) {
 
 #[test]
 fn jorgensen_from_the_dayside() {
-    check(3, 6017);
+    check(3, 6170);
 }
 
 #[test]
 fn cmem_in_an_equirectangular_view() {
-    check(5, 32_218);
+    check(5, 36_974);
 }

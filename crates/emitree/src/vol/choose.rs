@@ -19,7 +19,7 @@ use crate::vol::lowrank::start::{Division, Start};
 use crate::vol::pixel_lines::PixelLines;
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::check_seeds;
-use crate::vol::surfaces;
+use crate::vol::surfaces::{self, FirstImage};
 use crate::vol::tuning::TUNING;
 use crate::vol::view::edges::{cost_of_edges, find_edges};
 use crate::vol::view::faces::reaches_faces_at;
@@ -331,8 +331,9 @@ async fn finish(
     };
     // Where there are trees to begin with, no surfaces were found before.
     if trees.is_none()
-        && attempted.has_jump
         && axis.is_none()
+        && (attempted.has_jump
+            || surfaces::look_beside_few(meter, tiles, parts, vol, &attempted.known).await?)
         && let Some(found) =
             surfaces::render(meter, tiles, parts, vol, &mut attempted.known).await?
     {
@@ -377,7 +378,8 @@ async fn by_tree_or_surfaces(
     let mut trees = Trees::begin(meter, tiles, parts, axis, vol, known, start).await?;
     if let (Some(axis), Some(energy)) = (axis, trees.energy_of_jumps()) {
         let before = meter.evaluations();
-        if let Some(found) = surfaces::render_cube(meter, tiles, parts, axis, energy, vol).await? {
+        let first = FirstImage { energy, brightness: trees.brightness(), hits: trees.first_hits() };
+        if let Some(found) = surfaces::render_cube(meter, tiles, parts, axis, &first, vol).await? {
             return Ok(found);
         }
         trees.leave_out(meter.evaluations() - before);

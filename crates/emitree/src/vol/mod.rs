@@ -23,6 +23,7 @@
 //! * `view`: the parts of a view, each with a [chart](crate::projection::Chart); edges of the emission
 //!   around bodies; the quadrature of pixels in charts; a sheet, the image tree of one part at one
 //!   energy; lines and samples that verify a sheet;
+//! * `featureless`: the number of scattered samples of a view without structure in any of them;
 //! * `engine`: the loop over all sheets, and the final verification;
 //! * `lowrank`: the low-rank approximation of each part, with forecasts of its cost and that of the tree;
 //! * `surfaces`: surfaces at which G jumps, and the image from them and from polynomials beside them;
@@ -37,6 +38,7 @@ mod choose;
 mod dyadic;
 mod engine;
 mod error_weights;
+mod featureless;
 mod image;
 pub(crate) mod lattice;
 mod least_squares;

@@ -135,9 +135,22 @@ pub(crate) async fn evaluate_across_gaps(
 
 /// Whether there are rates, and all are the same up to rounding.
 pub(crate) fn are_one(mut rates: impl Iterator<Item = f64>) -> bool {
-    const ROUNDING: f64 = 1e-9;
     let Some(first) = rates.next() else { return false };
-    rates.all(|rate| (rate - first).abs() <= ROUNDING * first.abs())
+    rates.all(|rate| are_same(rate, first))
+}
+
+/// Whether a rate is another one up to rounding.
+fn are_same(rate: f64, other: f64) -> bool {
+    const ROUNDING: f64 = 1e-9;
+    (rate - other).abs() <= ROUNDING * other.abs()
+}
+
+/// The numbers of the rates that are not the median, up to rounding, in ascending order.
+pub(crate) fn unlike_most(rates: &[f64]) -> Vec<usize> {
+    let mut sorted = rates.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let Some(&median) = sorted.get(sorted.len() / 2) else { return Vec::new() };
+    (0..rates.len()).filter(|&number| !are_same(rates[number], median)).collect()
 }
 
 /// Evaluates one batch if the budget suffices for all of it.

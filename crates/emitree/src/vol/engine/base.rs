@@ -2,6 +2,7 @@
 
 use crate::exchange::MethodError;
 use crate::vol::dyadic::STEPS;
+use crate::vol::engine::first_energy::FirstEnergy;
 use crate::vol::engine::{Engine, base_evaluations_of, within_budget};
 use crate::vol::line::node_lines::Wanted;
 use crate::vol::rule::scan::Scan;
@@ -24,10 +25,14 @@ impl Engine<'_> {
         let energy = if base + self.cost_of_first_energy() > self.meter.evaluations_left() {
             self.spectra.as_ref().map(|_| STEPS / 2)
         } else {
-            match self.brightest_energy().await {
+            match self.first_energy().await {
                 Err(Stop::Budget) => Some(STEPS / 2),
                 Err(Stop::Failed(error)) => return Err(error),
-                Ok(place) => place,
+                Ok(None) => None,
+                Ok(Some(FirstEnergy { place, hits })) => {
+                    self.first_hits = hits;
+                    Some(place)
+                }
             }
         };
         self.add_sheets(energy);

@@ -2,6 +2,7 @@
 
 mod current_image;
 mod base;
+mod first_energy;
 pub(crate) mod coverage;
 mod verification;
 pub(crate) mod run;
@@ -20,8 +21,10 @@ use crate::output::MethodOutput;
 use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::VolOptions;
+use crate::vol::dyadic::unit;
 use crate::vol::engine::coverage::Coverage;
 use crate::vol::engine::current_image::CurrentImage;
+use crate::vol::engine::first_energy::Hit;
 use crate::vol::engine::run::Beginning;
 use crate::vol::engine::spectra::Spectra;
 use crate::vol::image::pixels::pixel_means;
@@ -32,7 +35,7 @@ use crate::vol::tuning::TUNING;
 use crate::vol::view::frozen::FrozenView;
 use crate::vol::view::lines::{FunctionOfPart, LinesInView};
 use crate::vol::view::part::{Footing, Part, Parts, ProductImage, add};
-use crate::vol::view::scattered::{KnownParts, fraction_of_view};
+use crate::vol::view::scattered::{KnownParts, PartSamples, fraction_of_view};
 use crate::vol::view::sheet::{Sheet, SheetId};
 use crate::vol::view::tree_start::{SheetStart, TreeStart};
 use std::sync::Arc;
@@ -85,6 +88,7 @@ impl<'a> Trees<'a> {
             sheets: Vec::new(),
             energies: Energies::none(),
             spectra: axis.map(|axis| Spectra::new(axis, &vol.line_energies)),
+            first_hits: Vec::new(),
             requested: vol.tolerance,
             goal,
             evaluations_before: meter.evaluations(),
@@ -110,17 +114,37 @@ impl<'a> Trees<'a> {
         Ok(Self { engine, beginning })
     }
 
-    /// The first energy, a place of the axis, if G jumps there on many of the base lines of the only part.
+    /// The first energy, a place of the axis, if G jumps there on many of the base lines of a part, or if g differs at
+    /// few points from the rest of the view.
     pub(crate) fn energy_of_jumps(&self) -> Option<u32> {
-        let engine = &self.engine;
-        let ([sheet], Beginning::Samples(first)) = (&engine.sheets[..], &self.beginning) else {
-            return None;
-        };
-        let is_sampled = first.within_budget && engine.base_level == engine.vol.base_level;
-        first.energy.filter(|_| is_sampled && sheet.has_many_jumps())
+        let Beginning::Samples(first) = &self.beginning else { return None };
+        let is_sampled =
+            first.within_budget && self.engine.base_level == self.engine.vol.base_level;
+        let may_jump = || self.have_jumps() || !self.engine.first_hits.is_empty();
+        first.energy.filter(|_| is_sampled && may_jump())
     }
 
-    /// Whether G jumps on many of the base lines of a tile.
+    /// Unit vectors along the lines that have been sampled, away from the observer, and their |integrals| times the density
+    /// of solid angle.
+    pub(crate) fn brightness(&self) -> Vec<([f64; 3], f64)> {
+        self.engine.sheets.iter().flat_map(Sheet::brightness).collect()
+    }
+
+    /// The points of each part at which g differs from most of the view, at the first energy.
+    pub(crate) fn first_hits(&self) -> Vec<PartSamples> {
+        let of_part = |part: usize| {
+            let own = self.engine.first_hits.iter().filter(|hit| hit.point.part == part);
+            let both = own.map(|Hit { point, rate }| {
+                let [x, y] = point.place.map(unit);
+                ([x, y, unit(point.depth)], *rate)
+            });
+            let (points, rates) = both.unzip();
+            PartSamples { number: 0, points, rates }
+        };
+        (0..self.engine.parts.len()).map(of_part).collect()
+    }
+
+    /// Whether G jumps on many of the base lines of a part.
     pub(crate) fn have_jumps(&self) -> bool {
         let Beginning::Samples(first) = &self.beginning else { return false };
         first.within_budget && self.engine.sheets.iter().any(Sheet::has_many_jumps)
@@ -209,6 +233,8 @@ pub(crate) struct Engine<'b> {
     pub(crate) energies: Energies,
     /// The spectra from which energies are selected, if there is an energy axis.
     pub(crate) spectra: Option<Spectra<'b>>,
+    /// The few points at which g differs from most of the view at the first energy.
+    first_hits: Vec<Hit>,
     /// The requested tolerance, relative to the largest pixel.
     requested: f64,
     /// The tolerance at which refinement ends, which may be smaller than the requested one.

@@ -1,6 +1,5 @@
 //! The energies of a cube: selected from sampled spectra, and verified with spectra on new lines.
 
-use crate::cell::{self, whole};
 use crate::energy::EnergyAxis;
 use crate::exchange::MethodError;
 use crate::vol::dyadic::{STEPS, spacing, unit};
@@ -10,13 +9,11 @@ use crate::vol::image::tree::ImageTree;
 use crate::vol::line::Line;
 use crate::vol::line::node_lines::NodeLines;
 use crate::vol::rule::scan::Scan;
-use crate::vol::sampling::{Stop, View};
+use crate::vol::sampling::View;
 use crate::vol::seeds::SeedTargets;
 use crate::vol::spectrum::bins::Bins;
 use crate::vol::spectrum::energies::{self, Energies};
-use crate::vol::spectrum::probes::{
-    GOLDEN_RATIO, LINE_LEVEL, ProbePoint, SpectralProbes, SpotCheck, spectral_rates,
-};
+use crate::vol::spectrum::probes::{ProbePoint, SpectralProbes, SpotCheck};
 use crate::vol::spectrum::selection::SelectionLimits;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::part::Part;
@@ -28,7 +25,7 @@ mod verification;
 
 /// The sampled spectra, and the error that the selected energies leave.
 pub(crate) struct Spectra<'a> {
-    probes: SpectralProbes<'a>,
+    pub(super) probes: SpectralProbes<'a>,
     /// The largest weighted residual of the sampled spectra in a voxel of each bin, with a margin.
     pub(crate) unexplained: Vec<f64>,
     /// The residual of each sampled spectrum in a voxel of each bin, without weights; none if these are 1.
@@ -67,7 +64,7 @@ impl<'a> Spectra<'a> {
 
     /// The energies at which the first energy is searched for: a coarse lattice, and the emission
     /// lines that the options name.
-    fn first_energies(&self) -> Vec<u32> {
+    pub(super) fn first_energies(&self) -> Vec<u32> {
         let lattice = (0..=1_u32 << TUNING.spectra.initial_level)
             .map(|k| k * spacing(TUNING.spectra.initial_level));
         let mut energies: Vec<u32> = lattice.chain(self.probes.common_energies()).collect();
@@ -116,7 +113,6 @@ impl<'b> Engine<'b> {
         let parts =
             self.parts.iter().enumerate().filter(|(number, _)| self.products[*number].is_none());
         for (part_number, part) in parts {
-            let chart = &*part.chart;
             let base_level = part.base_level(self.base_level);
             let scan = Scan {
                 view: View { energy, ..self.view(part) },
@@ -124,7 +120,7 @@ impl<'b> Engine<'b> {
                 depth_level: base_level,
                 tree: ImageTree::default(),
                 node_lines: NodeLines::default(),
-                seeds: SeedTargets::at(&self.vol.seeds, chart, base_level, self.finest_level),
+                seeds: self.seed_targets(part_number, base_level),
                 weights: None,
             };
             self.sheets.push(Sheet {
@@ -139,76 +135,24 @@ impl<'b> Engine<'b> {
         }
     }
 
+    /// The nodes and depths of a part that the options and the first hits require.
+    fn seed_targets(&self, part: usize, base_level: u8) -> SeedTargets {
+        let chart = &*self.parts[part].chart;
+        let mut targets = SeedTargets::at(&self.vol.seeds, chart, base_level, self.finest_level);
+        let hits = self.first_hits.iter().filter(|hit| hit.point.part == part);
+        for hit in hits {
+            hit.add_to(&mut targets, base_level, self.finest_level);
+        }
+        targets
+    }
+
     /// The view in which a part is sampled.
     fn view(&self, part: &'b Part<'b>) -> View<'b> {
         View { meter: self.meter, chart: &*part.chart, tiles: self.tiles.len(), energy: None }
     }
 
-    fn views(&self) -> Vec<View<'b>> {
+    pub(super) fn views(&self) -> Vec<View<'b>> {
         self.parts.iter().map(|part| self.view(part)).collect()
-    }
-
-    /// The number of evaluations of the search for the first energy.
-    pub(crate) fn cost_of_first_energy(&self) -> u64 {
-        let energies = self.spectra.as_ref().map_or(0, |spectra| spectra.first_energies().len());
-        (self.first_points().len() * energies) as u64
-    }
-
-    /// The place on the energy axis at which a few points of the volume are brightest, or the
-    /// middle of the axis if all are dark.
-    pub(crate) async fn brightest_energy(&self) -> Result<Option<u32>, Stop> {
-        let Some(spectra) = &self.spectra else { return Ok(None) };
-        let bins = &spectra.probes.bins;
-        let energies = spectra.first_energies();
-        let probe_points = self.first_points();
-        let points: Vec<_> = probe_points
-            .iter()
-            .flat_map(|&point| energies.iter().map(move |&energy| (point, energy)))
-            .collect();
-        let rates = spectral_rates(&self.views(), &points, bins).await?;
-        let mut sums = vec![0.0; energies.len()];
-        for rates in rates.chunks(energies.len()) {
-            for ((sum, rate), &place) in sums.iter_mut().zip(rates).zip(&energies) {
-                *sum += rate.abs() / bins.density(unit(place));
-            }
-        }
-        let middle = energies.len() / 2;
-        let brightest =
-            (0..sums.len()).fold(middle, |best, k| if sums[k] > sums[best] { k } else { best });
-        if sums[brightest] > 0.0 {
-            return Ok(Some(energies[brightest]));
-        }
-        // Spectra may lie between these energies: each point is sampled at different ones.
-        let (step, cell) = (spacing(TUNING.spectra.initial_level), spacing(LINE_LEVEL));
-        let shifted = |(number, &point): (usize, &ProbePoint)| {
-            let shift = (GOLDEN_RATIO * (number as f64 + 1.0)).fract();
-            let shift = cell::to_u32(whole(shift * f64::from(step / cell))) * cell;
-            (0..1_u32 << TUNING.spectra.initial_level).map(move |k| (point, k * step + shift))
-        };
-        let points: Vec<_> = probe_points.iter().enumerate().flat_map(shifted).collect();
-        let rates = spectral_rates(&self.views(), &points, bins).await?;
-        let size = |i: usize| rates[i].abs() / bins.density(unit(points[i].1));
-        let brightest =
-            (0..points.len()).fold(0, |best, i| if size(i) > size(best) { i } else { best });
-        let is_dark = points.is_empty() || size(brightest) == 0.0;
-        Ok(Some(if is_dark { STEPS / 2 } else { points[brightest].1 }))
-    }
-
-    /// The points of the search for the first energy: the centres of equal cells of each part of the view.
-    fn first_points(&self) -> Vec<ProbePoint> {
-        let per_axis = if self.parts.len() > TUNING.spectra.many_parts {
-            TUNING.spectra.initial_points_of_many
-        } else {
-            TUNING.spectra.initial_points
-        };
-        let along = |k: u32| (2 * k + 1) * (STEPS / (2 * per_axis));
-        let of_part = |part: usize| {
-            (0..per_axis.pow(3)).map(move |k| {
-                let [i, j, k] = [k % per_axis, k / per_axis % per_axis, k / per_axis / per_axis];
-                ProbePoint { part, place: [along(i), along(j)], depth: along(k) }
-            })
-        };
-        (0..self.parts.len()).flat_map(of_part).collect()
     }
 
     /// Selects the energies that the spectra on the base lines of the first one require, and

@@ -66,6 +66,7 @@ fn engine<'a>(
         sheets: Vec::new(),
         energies: Energies::none(),
         spectra: axis.map(|axis| Spectra::new(axis, &[])),
+        first_hits: Vec::new(),
         requested: TOLERANCE,
         goal: TOLERANCE,
         tolerance: TOLERANCE,

@@ -52,7 +52,7 @@ use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::VolOptions;
 use crate::vol::engine::{base_evaluations_of, finest_level, samples_wanted};
-use crate::vol::lattice::points_to_detect;
+use crate::vol::featureless::{points_of_view, sky_factor};
 use crate::vol::lowrank::attempted::{Attempted, Kink};
 use crate::vol::lowrank::forecast::Forecast;
 use crate::vol::lowrank::interpolant::Interpolant;
@@ -68,10 +68,6 @@ use crate::vol::view::depths::{fitted, fitted_stretch};
 use crate::vol::view::faces::reaches_faces;
 use crate::vol::view::part::{Footing, Part, Parts, add};
 use crate::vol::view::scattered::{fraction_of_view, size_detected};
-
-/// For tolerances from the first number on, the standard deviation of the Gaussians, in edges of
-/// the cube, that the probes have to detect before the interpolant is accepted.
-const SMALLEST: [(f64, f64); 3] = [(0.2, 0.045), (0.03, 0.034), (0.0, 0.025)];
 
 /// Computes the image of each part of the view to the tolerance of `vol` from an interpolant of G, if
 /// that is possible. The searches begin with the functions of `start`, if it is of these parts.
@@ -236,21 +232,6 @@ pub(crate) fn check_budget(start: &Start, allowed: u64) -> Result<(), MethodErro
     }
     let what = "the points of the fixed mesh and samples that show its error".to_owned();
     Err(RenderError::Budget { what, needed, allowed })
-}
-
-/// The solid angle of a view from a point in units of that of a usual one, a power of 2: as many probes detect less in a
-/// wider view. 1 for parallel lines.
-fn sky_factor(tiles: &[Tile<'_>]) -> usize {
-    let from_point = |tile: &Tile<'_>| {
-        let geometry = tile.projection.view_geometry()?;
-        geometry
-            .surroundings()?
-            .is_seen_from_point()
-            .then(|| geometry.solid_angle([0.0; 2], [1.0; 2]))
-    };
-    let solid_angle: Option<f64> = tiles.iter().map(from_point).sum();
-    let ratio = solid_angle.unwrap_or(0.0) / TUNING.lowrank.usual_solid_angle_sr;
-    1 << crate::cell::whole(ratio.max(1.0).log2().floor()).min(3)
 }
 
 /// The scale of a part on a raster that is not finer than needed for its largest pixel.
@@ -506,12 +487,10 @@ impl Attempt<'_> {
 
     /// The number of probes that have to agree before the interpolant is accepted.
     fn probes_needed(&self) -> usize {
-        let of_tolerance = SMALLEST.iter().find(|(from, _)| self.vol.tolerance >= *from);
         let in_part = |size: f64| self.part.least_feature * size;
-        let detected = TUNING.lowrank.probe_detection_share;
-        let least = of_tolerance.map_or(0, |(_, size)| points_to_detect(in_part(*size), detected));
         // Each part is a part of the view only, and small ones have structure too.
         let share = self.part.share.max(0.5 / self.parts as f64);
+        let least = points_of_view(self.vol.tolerance, self.part.least_feature);
         let least = crate::cell::whole(share * least as f64);
         let beyond =
             self.search.interpolant.finest_level().saturating_sub(TUNING.lowrank.usual_fiber_level);

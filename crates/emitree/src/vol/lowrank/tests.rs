@@ -3,6 +3,7 @@
 use super::*;
 use crate::projection::{Canonical, Ellipsoid};
 use crate::vol::engine::base_evaluations;
+use crate::vol::lattice::points_to_detect;
 use crate::vol::lattice::{point, smallest_detected};
 use crate::vol::lowrank::search::Assessment;
 use crate::vol::seeds::Seed;

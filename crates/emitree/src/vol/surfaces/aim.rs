@@ -1,6 +1,7 @@
 //! What a surface may be wrong by: displacements allowed, from their effect on the image.
 
 use crate::image::Image;
+use crate::projection::Chart;
 use crate::projection::vector::along;
 use crate::vol::surfaces::octree::{Cell, Grid};
 use crate::vol::surfaces::patch::Patch;
@@ -12,12 +13,14 @@ use crate::vol::tuning::TUNING;
 pub(super) struct Aim<'a> {
     /// The error allowed in a pixel.
     pub(super) target: f64,
-    /// The ratio of each pixel to the mean of G over it.
+    /// 1 in the pixels of the image, and 0 where the projection has none.
     pub(super) scale: &'a Image,
     /// Where lines of sight end, if there are opaque bodies, and which pixels limbs or a rim cross.
     pub(super) visible: Option<Visible<'a>>,
     /// The lines of pixels, if the chart is not the image plane.
     pub(super) sky: Option<&'a Sky<'a>>,
+    /// The image plane with its density of solid angle; without one, that is 1.
+    pub(super) plane: Option<&'a dyn Chart>,
 }
 
 impl Aim<'_> {
@@ -43,7 +46,8 @@ impl Aim<'_> {
         }
         let [height, width] = [self.scale.height(), self.scale.width()];
         let [column, row] = [(pixel % width) as f64 + u, (pixel / width) as f64 + v];
-        ([column / width as f64, row / height as f64], 1.0)
+        let xy = [column / width as f64, row / height as f64];
+        (xy, self.plane.map_or(1.0, |plane| plane.density(xy)))
     }
 
     /// The change of the pixel at canonical (x, y) by that of the mean of ∫ G dz over it; 0 where there is no

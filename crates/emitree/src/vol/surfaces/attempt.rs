@@ -49,7 +49,7 @@ async fn find(request: &Request<'_>, rates: &mut Vec<f64>) -> Result<Option<Foun
     let chart = &*request.view.part.chart;
     let surfaces = found_surfaces(chart, &model, &search.aim);
     let lines = match request.lines {
-        Some(places) => Some(search.lines(&model, chart, places).await?),
+        Some(places) => Some(search.lines(&model, places).await?),
         None => None,
     };
     Ok(Some(Found { image, error, samples: rates.len(), surfaces, lines }))
@@ -75,7 +75,8 @@ pub(super) async fn locate<'a>(
     let most = (TUNING.surfaces.most_evaluations * allowed.powf(TUNING.surfaces.growth)) as u64;
     let mut left = most.min(request.most);
     let visible = request.limbs.map(|parts| Visible::new(&*request.view.part.chart, parts));
-    let mut aim = Aim { target: 0.0, scale: request.scale, visible, sky: request.sky };
+    let (scale, sky, plane) = (request.scale, request.sky, request.plane);
+    let mut aim = Aim { target: 0.0, scale, visible, sky, plane };
     let start = Start::sample(request, &grid, &aim, left, rates).await?;
     left -= start.evaluations;
     if !(start.largest > 0.0 && start.largest.is_finite()) {

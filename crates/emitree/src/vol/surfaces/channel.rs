@@ -45,7 +45,7 @@ impl Search<'_> {
         left: &mut u64,
     ) -> Result<Channel, Failure> {
         let &ChannelRequest { view, target, tolerance, known } = request;
-        let aim = || Aim { target, scale: self.aim.scale, visible: None, sky: None };
+        let aim = || Aim { target, ..self.aim };
         let negligible = TUNING.surfaces.negligible * target / self.aim.scale.largest();
         let mut pieces = Vec::with_capacity(model.pieces.len());
         for (label, of_first) in (0..).zip(&model.pieces) {

@@ -73,7 +73,7 @@ async fn find(
 struct CubeSearch<'a> {
     request: &'a Request<'a>,
     located: &'a Located<'a>,
-    /// Where spectra are sampled, of G without the density of solid angle.
+    /// Where spectra are sampled.
     views: [View<'a>; 1],
     points: Vec<RegionPoint>,
     probes: SpectralProbes<'a>,
@@ -206,8 +206,7 @@ impl<'a> CubeSearch<'a> {
     async fn check(&mut self, round: usize) -> Result<bool, Failure> {
         let expected = |of: &RegionPoint, energy: u32| {
             let parts = self.channels.iter().map(|channel| channel.model.value(of.at));
-            let [x, y] = of.point.place.map(unit);
-            self.energies.sum_of_parts(parts, energy) / self.located.density([x, y, 0.0])
+            self.energies.sum_of_parts(parts, energy)
         };
         let both = self.located.checks(round, expected);
         let checks: Vec<SpotCheck> = both.iter().map(|(_, check)| *check).collect();

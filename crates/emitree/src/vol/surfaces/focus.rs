@@ -12,6 +12,20 @@ const BACKGROUND: f64 = 0.5;
 /// The most levels by which the lattice is finer.
 const MOST_LEVELS: u8 = 3;
 
+/// The same where the ends of the structure are known.
+const MOST_LEVELS_BETWEEN: u8 = 5;
+
+/// The most frequent value, if most samples have it.
+pub(super) fn background(samples: &[([f64; 3], f64)]) -> Option<u64> {
+    let mut counts: FxHashMap<u64, usize> = FxHashMap::default();
+    for (_, value) in samples {
+        *counts.entry(value.to_bits()).or_default() += 1;
+    }
+    let most = counts.into_iter().max_by_key(|(bits, count)| (*count, *bits));
+    let (background, count) = most?;
+    (count as f64 >= BACKGROUND * samples.len() as f64).then_some(background)
+}
+
 /// A box of cells of one level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct CellBox {
@@ -30,15 +44,7 @@ impl CellBox {
     /// The box, with one base cell around it, of the samples that do not have the most frequent value, in
     /// finer cells; `None` if no value is frequent, or if the cells of the base lattice are fine enough.
     pub(super) fn around_structure(grid: &Grid, samples: &[([f64; 3], f64)]) -> Option<Self> {
-        let mut counts: FxHashMap<u64, usize> = FxHashMap::default();
-        for (_, value) in samples {
-            *counts.entry(value.to_bits()).or_default() += 1;
-        }
-        let most = counts.into_iter().max_by_key(|(bits, count)| (*count, *bits));
-        let (background, count) = most?;
-        if (count as f64) < BACKGROUND * samples.len() as f64 {
-            return None;
-        }
+        let background = background(samples)?;
         let others = samples.iter().filter(|(_, value)| value.to_bits() != background);
         let places: Vec<[u32; 3]> = others.map(|(at, _)| grid.cell_at(0, *at)).collect();
         if places.is_empty() {
@@ -60,6 +66,24 @@ impl CellBox {
             low: ends.map(|[low, _]| low << level),
             cells: cells.map(|count| count << level),
         })
+    }
+
+    /// The cells with these ends along each axis, as fine as can be.
+    pub(super) fn between(grid: &Grid, ends: [[f64; 2]; 3]) -> Option<Self> {
+        let of_level = |level: u8| {
+            let edges = grid.cell_edges(level);
+            let low = grid.cell_at(level, ends.map(|[low, _]| low));
+            let high = grid.cell_at(level, ends.map(|[_, high]| high));
+            let cells = core::array::from_fn(|k| {
+                let is_beyond = ends[k][1] > f64::from(high[k]) * edges[k];
+                (high[k] - low[k] + u32::from(is_beyond)).max(1)
+            });
+            Self { level, low, cells }
+        };
+        let count = |of: &Self| of.cells.iter().map(|count| f64::from(*count)).product::<f64>();
+        let finest = MOST_LEVELS_BETWEEN.min(grid.finest);
+        let is_affordable = |of: &Self| count(of) <= 2.0 * TUNING.surfaces.base_cells;
+        (1..=finest).rev().map(of_level).find(is_affordable)
     }
 
     /// The corner of a number of cells from the first one, in the coordinates of a grid.

@@ -10,9 +10,10 @@
 //!   between regions;
 //! * `samples`: samples of G, and the regions that their values belong to;
 //! * `visible`: where lines of sight end at opaque bodies; `sky`: views of several tiles, with a rim or with a pole;
+//!   `lines_of_sight`: the view as one part; `hits`: samples of other charts that meet a small shape;
 //! * `aim`: the displacement of a patch that the tolerance allows;
 //! * `roots`: points of surfaces on edges of cells;
-//! * `focus`: the part of the view that is not constant; `start`: the first samples;
+//! * `focus`, `extent`: the part of the view that is not constant; `start`: the first samples;
 //! * `target`: the error allowed in the first division into leaves;
 //! * `search`, `corners`, `regions`, `borders`, `cut_edges`, `points`, `facets`, `faces`: the division into leaves:
 //!   regions of the base lattice, regions that are one, points of surfaces on the edges of cells, patches of
@@ -22,7 +23,7 @@
 //! * `displaced`, `lines`: requested lines, and what displaced surfaces change of them;
 //! * `verification`: samples that took no part; `net`, `found`: the surfaces as triangles in the world;
 //!   `attempt`: all of it, with the decision;
-//! * `look`: whether G jumps in a view of several tiles;
+//! * `look`, `steep_pairs`: whether G jumps where no search for products shows it;
 //! * `channel`, `spectra`, `cube`: what further energies of a cube add beside the same surfaces.
 
 mod columns;
@@ -41,6 +42,7 @@ mod search;
 mod corners;
 mod cut_edges;
 mod focus;
+mod extent;
 mod start;
 mod regions;
 mod borders;
@@ -66,7 +68,10 @@ mod channel;
 mod spectra;
 mod cube;
 mod render;
+mod hits;
+mod lines_of_sight;
+mod steep_pairs;
 mod look;
 
-pub(crate) use look::look;
-pub(crate) use render::{render, render_cube};
+pub(crate) use look::{look, look_beside_few};
+pub(crate) use render::{FirstImage, render, render_cube};

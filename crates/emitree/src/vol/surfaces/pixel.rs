@@ -148,7 +148,7 @@ impl<'a> Pixel<'a> {
             sum.value += weight * line.value;
             sum.error += weight * line.error;
         }
-        if self.aim.sky.is_some() && whole > 0.0 {
+        if whole > 0.0 {
             sum = LineIntegral { value: sum.value / whole, error: sum.error / whole };
         }
         sum

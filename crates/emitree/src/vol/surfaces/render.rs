@@ -18,10 +18,12 @@ use crate::vol::sampling::Stop;
 use crate::vol::spectrum::bins::Bins;
 use crate::vol::surfaces::attempt::attempt;
 use crate::vol::surfaces::cube::attempt_cube;
-use crate::vol::surfaces::sky::{Sky, is_regular, known_rates};
+use crate::vol::surfaces::hits::{hits, in_chart};
+use crate::vol::surfaces::lines_of_sight::LinesOfSight;
+use crate::vol::surfaces::sky::known_rates;
 use crate::vol::surfaces::start::Request;
 use crate::vol::tuning::TUNING;
-use crate::vol::view::part::{Part, Parts, parts as parts_of};
+use crate::vol::view::part::{Part, Parts};
 use crate::vol::view::scattered::{KnownParts, PartSamples, fraction_of_view, size_detected};
 use std::sync::Arc;
 
@@ -37,30 +39,21 @@ pub(crate) async fn render(
     if !is_possible(vol) {
         return Ok(None);
     }
-    // Bodies hide a part of the lines of sight, but do not end the chart of the image plane.
-    let has_charts = parts.parts.iter().any(|part| !part.footing.is_of_pixels());
-    let is_divided = has_charts || parts.parts.len() > tiles.len();
-    let planes = is_divided.then(|| parts_of(tiles, None, None));
-    let planes = &planes.as_ref().unwrap_or(parts);
-    let sky = match &planes.parts[..] {
-        [part] if is_regular(part) => None,
-        _ => match Sky::new(tiles, &known_rates(parts, &known.samples)) {
-            Some(sky) => Some(sky),
-            None => return Ok(None),
-        },
+    let Some(lines) = LinesOfSight::new(tiles, parts, &known_rates(parts, &known.samples)) else {
+        return Ok(None);
     };
-    let of_sky = sky.as_ref().map(|sky| sky.part(tiles));
-    let Some(part) = of_sky.as_ref().or(planes.parts.first()) else { return Ok(None) };
+    let Some(part) = lines.part(tiles, parts) else { return Ok(None) };
+    let part = &part;
+    let hits = match lines.are_of_parts() {
+        true => Vec::new(),
+        false => hits(&in_chart(part, parts, &known.samples)),
+    };
     // Samples in charts are elsewhere.
-    let samples = known.samples.first_mut().filter(|_| !is_divided && sky.is_none());
-    let chart = &*part.chart;
+    let samples = known.samples.first_mut().filter(|_| lines.are_of_parts());
     let view = WeightedView::new(meter, part, tiles.len());
-    let density = |point: &[f64; 3]| chart.density([point[0], point[1]]);
-    let weighted = samples.iter().flat_map(|of| of.points.iter().zip(&of.rates));
-    let known: Vec<f64> = weighted.map(|(point, rate)| rate * density(point)).collect();
-    let limbs = if has_charts { Some(parts) } else { Some(*planes).filter(|of| of.has_rim()) };
+    let known: Vec<f64> = samples.iter().flat_map(|of| of.rates.iter().copied()).collect();
     let request =
-        Request { known: &known, limbs, sky: sky.as_ref(), ..request(&view, tiles, vol)? };
+        Request { known: &known, hits: &hits, ..request(&view, &lines, tiles, parts, vol)? };
     let (found, rates) = match attempt(&request).await {
         Ok(found) => found,
         Err(Stop::Budget) => return Ok(None),
@@ -68,7 +61,7 @@ pub(crate) async fn render(
     };
     if let Some(samples) = samples {
         let points = (0..rates.len()).map(lattice::point).collect::<Vec<_>>();
-        *samples = PartSamples::of_probes(points.len(), &points, &rates, |xy| chart.density(xy));
+        *samples = PartSamples { number: points.len(), points, rates };
     }
     // G jumps somewhere, which samples of an image without surfaces have missed.
     let Some(found) = found.filter(|found| !found.surfaces.positions.is_empty()) else {
@@ -80,25 +73,39 @@ pub(crate) async fn render(
     Ok(Some(made))
 }
 
-/// The cube of a view in which G jumps at the energy `first`, a place of the axis; `None` if surfaces do not give
-/// the cube to the tolerance.
+/// What is known of a view at the first energy.
+pub(crate) struct FirstImage {
+    /// The place on the axis.
+    pub(crate) energy: u32,
+    /// Unit vectors along some lines, away from the observer, and their |integrals| times the density of solid angle.
+    pub(crate) brightness: Vec<([f64; 3], f64)>,
+    /// The few points of each part at which g differs from most of the view.
+    pub(crate) hits: Vec<PartSamples>,
+}
+
+/// The cube of a view in which G jumps at the first energy; `None` if surfaces do not give the cube to the tolerance.
 pub(crate) async fn render_cube(
     meter: &Meter,
     tiles: &[Tile<'_>],
     parts: &Parts<'_>,
     axis: &EnergyAxis,
-    first: u32,
+    first: &FirstImage,
     vol: &VolOptions,
 ) -> Result<Option<MethodOutput>, MethodError> {
-    let [part] = &parts.parts[..] else { return Ok(None) };
-    if !(is_possible(vol) && part.footing.is_raster_of_pixels()) {
+    if !is_possible(vol) {
         return Ok(None);
     }
+    let brightness = [&first.brightness[..], &known_rates(parts, &first.hits)].concat();
+    let Some(lines) = LinesOfSight::new(tiles, parts, &brightness) else { return Ok(None) };
+    let Some(part) = lines.part(tiles, parts) else { return Ok(None) };
+    let part = &part;
     let bins = Bins::new(axis);
-    let energies = [(bins.sample_at(first), 1.0)];
+    let energies = [(bins.sample_at(first.energy), 1.0)];
     let view = WeightedView { energies: &energies, ..WeightedView::new(meter, part, tiles.len()) };
-    let request = request(&view, tiles, vol)?;
-    let found = match attempt_cube(&request, bins, first, &vol.line_energies).await {
+    let hits = in_chart(part, parts, &first.hits);
+    let hits: Vec<_> = hits.iter().map(|of| (of.at, of.of_path)).collect();
+    let request = Request { hits: &hits, ..request(&view, &lines, tiles, parts, vol)? };
+    let found = match attempt_cube(&request, bins, first.energy, &vol.line_energies).await {
         Ok(found) => found,
         Err(Stop::Budget) => return Ok(None),
         Err(Stop::Failed(error)) => return Err(error),
@@ -115,10 +122,12 @@ pub(super) fn is_possible(vol: &VolOptions) -> bool {
     vol.is_uniform() && vol.seeds.is_empty() && vol.tolerance >= TUNING.surfaces.least_tolerance
 }
 
-/// A request without known samples and bodies.
+/// A request without known samples.
 fn request<'a>(
     view: &'a WeightedView<'a>,
+    seen: &'a LinesOfSight<'a>,
     tiles: &[Tile<'_>],
+    parts: &'a Parts<'a>,
     vol: &'a VolOptions,
 ) -> Result<Request<'a>, MethodError> {
     let left = view.meter.evaluations_left() as f64;
@@ -136,10 +145,12 @@ fn request<'a>(
         tolerance: vol.tolerance.min(TUNING.engine.loosest_tolerance),
         most,
         known: &[],
+        hits: &[],
         least_samples,
-        limbs: None,
+        limbs: seen.limbs(parts),
         lines: vol.lines.as_deref(),
-        sky: None,
+        sky: seen.sky.as_ref(),
+        plane: seen.plane(parts).map(|of| &*of.chart),
     })
 }
 

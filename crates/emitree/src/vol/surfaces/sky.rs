@@ -8,7 +8,6 @@ use crate::image::Image;
 use crate::projection::disc_chart::DiscChart;
 use crate::projection::vector::{along, dot, norm, unit};
 use crate::projection::{Chart, ViewGeometry};
-use crate::radiance::radiance_per_density;
 use crate::tile::Tile;
 use crate::vol::view::part::{Footing, Part, Parts};
 use crate::vol::view::scattered::PartSamples;
@@ -90,17 +89,12 @@ impl<'a> Sky<'a> {
         Some(Self { chart, geometries, tile, pixel_size })
     }
 
-    /// All of the view as one part, in the chart. Its scale is 1 in the pixels of the image.
-    pub(super) fn part(&self, tiles: &[Tile<'a>]) -> Part<'a> {
-        let scales = tiles.iter().map(|tile| radiance_per_density(tile.projection, tile.shape));
-        let scales: Vec<Image> = scales.collect();
-        let pixels = scales.iter().flat_map(Image::pixels);
-        let pixels = pixels.map(|scale| f64::from(u8::from(*scale > 0.0))).collect();
-        let [height, width] = self.tile;
+    /// All of the view as one part, in the chart, given 1 in the pixels of the image.
+    pub(super) fn part(&self, scale: Arc<Image>) -> Part<'a> {
         Part {
             chart: Box::new(self.chart.clone()),
             footing: Arc::new(Footing::Pixels { first_row: 0, rim: None }),
-            scale: Arc::new(Image::from_pixels(height * tiles.len(), width, pixels)),
+            scale,
             share: 1.0,
             coarser: 0,
             pieces_of_line: 1,

@@ -7,12 +7,14 @@ use crate::vol::lattice;
 use crate::vol::spectrum::probes::{ProbePoint, SpectralProbes, SpotCheck, energy_of_check};
 use crate::vol::surfaces::attempt::Located;
 use crate::vol::surfaces::channel::KnownSample;
-use crate::vol::surfaces::octree::{HIDDEN, Label};
+use crate::vol::surfaces::octree::{HIDDEN, Label, Leaf};
 use crate::vol::surfaces::rays::Ray;
 use crate::vol::tuning::TUNING;
 
 /// The number of the first check in the sequence of scattered points, beyond those of verifications.
 const FIRST_CHECK: usize = 1 << 27;
+/// How far beyond the surfaces every second check may be, as a share of the extent of all surfaces.
+const MARGIN_OF_CHECKS: f64 = 0.25;
 
 /// A point beside the surfaces.
 #[derive(Clone, Copy, Debug)]
@@ -85,12 +87,7 @@ impl Located<'_> {
         let bright: f64 = ray.segments.iter().copied().map(of_segment).sum();
         let path = bright / self.model.value(at).abs();
         let path = if path > 0.0 { path.min(1.0) } else { 1.0 };
-        path * aim.scale.pixels()[aim.pixel([u[0], u[1]])] * self.density(u)
-    }
-
-    /// The density of solid angle at a canonical point.
-    pub(super) fn density(&self, u: [f64; 3]) -> f64 {
-        self.search.view.part.chart.density([u[0], u[1]])
+        path * aim.effect([u[0], u[1]])
     }
 
     /// The samples of a channel at the points with spectra: the sum of the rates at places of the energy axis,
@@ -106,17 +103,15 @@ impl Located<'_> {
             let Some(probe) = probes.probes.iter().find(|probe| probe.point == of.point) else {
                 continue;
             };
-            let sum: f64 =
+            let rate =
                 terms.iter().map(|(place, weight)| weight * probe.spectrum.rate(*place)).sum();
-            let [x, y] = of.point.place.map(unit);
-            let rate = sum * self.density([x, y, 0.0]);
             known.push(KnownSample { label: of.label, at: of.at, rate });
         }
         known
     }
 
-    /// New points, each with an energy of its own: every second one anywhere in view, the others in any segment of a
-    /// line, as often in short ones as in long ones. `expected` is G at a point and an energy.
+    /// New points, each with an energy of its own: every second one anywhere in view, the others on lines about the
+    /// surfaces in any segment, as often in short ones as in long ones. `expected` is G at a point and an energy.
     pub(super) fn checks(
         &self,
         round: usize,
@@ -124,9 +119,10 @@ impl Located<'_> {
     ) -> Vec<(RegionPoint, SpotCheck)> {
         let count = TUNING.surfaces.spectral_checks;
         let first = FIRST_CHECK + round * count;
+        let ends = self.ends_of_surfaces();
         let check = |number: usize| {
             let energy = energy_of_check(number);
-            let of = self.region_point(self.place_of_check(number))?;
+            let of = self.region_point(self.place_of_check(number, ends))?;
             let expected = expected(&of, energy);
             let (point, path, weight) = (of.point, of.path, 1.0);
             Some((of, SpotCheck { point, energy, path, weight, expected }))
@@ -134,13 +130,34 @@ impl Located<'_> {
         (first..first + count).into_par_iter().filter_map(check).collect()
     }
 
+    /// The canonical ends, along the axes of the image, of what is around all surfaces: another body is often near them.
+    fn ends_of_surfaces(&self) -> [[f64; 2]; 2] {
+        let tree = &self.model.tree;
+        let leaves = tree.leaves.iter().enumerate();
+        let cut: Vec<usize> = leaves
+            .filter(|(_, (_, leaf))| matches!(leaf, Leaf::Cut(_)))
+            .map(|(number, _)| number)
+            .collect();
+        [0, 1].map(|axis| {
+            let edge = self.search.grid.edges[axis];
+            let ends = cut.iter().map(|leaf| tree.ends(*leaf, axis).map(|end| end / edge));
+            let around = ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], [a, b]| {
+                [low.min(a), high.max(b)]
+            });
+            let [low, high] = if around[0] < around[1] { around } else { [0.0, 1.0] };
+            let margin = MARGIN_OF_CHECKS * (high - low);
+            [(low - margin).max(0.0), (high + margin).min(1.0)]
+        })
+    }
+
     /// The canonical place of a check.
-    fn place_of_check(&self, number: usize) -> [f64; 3] {
+    fn place_of_check(&self, number: usize, ends: [[f64; 2]; 2]) -> [f64; 3] {
         let place @ [x, y, share] = lattice::point(number);
         if number.is_multiple_of(2) {
             return place;
         }
         let grid = &self.search.grid;
+        let [x, y] = [(x, ends[0]), (y, ends[1])].map(|(at, [low, high])| low + at * (high - low));
         let xy = [x * grid.edges[0], y * grid.edges[1]];
         let ray = Ray::new(&self.model.tree, xy, self.search.aim.end_of_line(grid, xy));
         let at = share * ray.segments.len() as f64;

@@ -1,9 +1,11 @@
 //! The first samples: a lattice in which regions are found, and scattered points.
 
 use crate::image::Image;
+use crate::projection::Chart;
 use crate::vol::lattice;
 use crate::vol::lowrank::WeightedView;
 use crate::vol::surfaces::aim::Aim;
+use crate::vol::surfaces::extent::{Extent, ROUNDS};
 use crate::vol::surfaces::focus::CellBox;
 use crate::vol::surfaces::octree::Grid;
 use crate::vol::surfaces::regions::BaseLattice;
@@ -15,13 +17,15 @@ use crate::vol::view::part::Parts;
 /// What surfaces are searched for.
 pub(crate) struct Request<'a> {
     pub(crate) view: &'a WeightedView<'a>,
-    /// The ratio of each pixel to the mean of G over it.
+    /// 1 in the pixels of the image, and 0 where the projection has none.
     pub(crate) scale: &'a Image,
     pub(crate) tolerance: f64,
     /// The evaluations that may be made.
     pub(crate) most: u64,
     /// The first points of the scattered lattice have been sampled.
     pub(crate) known: &'a [f64],
+    /// Other points of the chart at which g differs from most of the view, with G there.
+    pub(crate) hits: &'a [([f64; 3], f64)],
     /// The scattered samples that features of a size in the options require.
     pub(crate) least_samples: usize,
     /// The parts of the view, if lines of sight may end at opaque bodies, or if a rim crosses pixels.
@@ -30,6 +34,8 @@ pub(crate) struct Request<'a> {
     pub(crate) lines: Option<&'a [[f64; 2]]>,
     /// The lines of pixels, if the chart of the view is not the image plane.
     pub(crate) sky: Option<&'a Sky<'a>>,
+    /// The image plane with its density of solid angle; without one, that is 1.
+    pub(crate) plane: Option<&'a dyn Chart>,
 }
 
 /// The first samples of a search.
@@ -60,15 +66,22 @@ impl Start {
         let points: Vec<[f64; 3]> = (0..count).map(lattice::point).collect();
         let missing = view.rates(&points[rates.len()..]).await?;
         rates.extend(missing.into_iter().map(|rate| rate.unwrap_or(0.0)));
-        let of_point = points.into_iter().map(|u| grid.at_canonical(u)).zip(rates.iter().copied());
-        let mut scattered: Vec<([f64; 3], f64)> =
-            of_point.filter(|(at, _)| !aim.hides(grid, *at)).collect();
+        let of_lattice = points.into_iter().zip(rates.iter().copied());
+        let mut scattered: Vec<([f64; 3], f64)> = of_lattice
+            .chain(request.hits.iter().copied())
+            .map(|(u, rate)| (grid.at_canonical(u), rate))
+            .filter(|(at, _)| !aim.hides(grid, *at))
+            .collect();
         let base = view.lattice(CellBox::whole(grid)).await?;
         let largest = largest_pixel(&base, grid, aim);
         let mut known = scattered.clone();
         known.extend(base.samples(grid));
         let mut start = Self { base, whole: None, scattered: Vec::new(), largest, evaluations: 0 };
-        if let Some(part) = CellBox::around_structure(grid, &known) {
+        let part = match Extent::of_few(&known) {
+            Some(extent) => view.around(extent).await?,
+            None => CellBox::around_structure(grid, &known),
+        };
+        if let Some(part) = part {
             let finer = view.lattice(part).await?;
             start.largest = start.largest.max(largest_pixel(&finer, grid, aim));
             start.whole = Some(core::mem::replace(&mut start.base, finer));
@@ -106,6 +119,25 @@ impl SeenView<'_> {
         self.left -= count;
         let mut rates = self.request.view.rates(&seen).await?.into_iter();
         Ok(points.iter().map(|u| is_seen(u).then(|| rates.next()).flatten()).collect())
+    }
+
+    /// The cells around a structure that few samples meet.
+    async fn around(&mut self, mut extent: Extent) -> Result<Option<CellBox>, Failure> {
+        for round in 0..ROUNDS {
+            let of_start = |at: [f64; 3]| Extent::points(self.grid, at);
+            let points: Vec<Vec<[f64; 3]>> =
+                extent.starts(round).into_iter().map(of_start).collect();
+            let canonical: Vec<[f64; 3]> =
+                points.iter().flatten().map(|at| self.grid.canonical(*at)).collect();
+            let rates = self.rates(&canonical).await?;
+            let mut rates = &rates[..];
+            for points in points {
+                let (own, rest) = rates.split_at(points.len());
+                extent.add(&points, own);
+                rates = rest;
+            }
+        }
+        Ok(CellBox::between(self.grid, extent.with_margin(self.grid)))
     }
 
     /// G at the corners of cells.

@@ -8,6 +8,7 @@ use crate::vol::view::part::Parts;
 use crate::vol::view::pixel_rule::RuleNode;
 
 /// The ends of lines of sight at opaque bodies.
+#[derive(Clone, Copy)]
 pub(super) struct Visible<'a> {
     chart: &'a dyn Chart,
     /// The parts of the view, which know the limbs.

@@ -128,6 +128,17 @@ impl<'a> Sheet<'a> {
         jumping.count() as f64 >= TUNING.view.rough_share * lines.len() as f64
     }
 
+    /// Unit vectors along its lines, away from the observer, and their |integrals| times the density of solid angle.
+    pub(crate) fn brightness(&self) -> impl Iterator<Item = ([f64; 3], f64)> {
+        let chart = self.scan.view.chart;
+        let nodes = self.scan.tree.nodes().iter().zip(&self.scan.node_lines.lines);
+        nodes.map(move |(node, line)| {
+            let [x, y] = node.place.map(unit);
+            let towards = chart.world_from_chart([x, y, 0.5]).direction.map(|along| -along);
+            (towards, line.integral.abs() * chart.density([x, y]))
+        })
+    }
+
     /// Whether none of its lines has a sample.
     pub(crate) fn has_no_samples(&self) -> bool {
         self.scan.node_lines.lines.iter().all(|line| line.samples.is_empty())

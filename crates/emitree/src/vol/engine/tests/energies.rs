@@ -31,8 +31,9 @@ fn the_brightest_of_five_energies_is_the_first() {
         let parts = whole_view(1);
         let engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
         let rate = |_: [f64; 3], energy: f64| -(-((energy - middle) / 0.1_f64).powi(2)).exp();
-        let found = answered(&meter, rate, engine.brightest_energy()).unwrap();
-        assert_eq!(found, Some(expected));
+        let found = answered(&meter, rate, engine.first_energy()).unwrap().unwrap();
+        assert_eq!(found.place, expected);
+        assert!(found.hits.is_empty());
         assert_eq!(meter.evaluations(), 320);
     }
 }
@@ -45,10 +46,31 @@ fn a_spectrum_between_the_five_energies_is_found_and_a_dark_one_is_not() {
     let band = |_: [f64; 3], energy: f64| {
         if (0.3..0.33).contains(&energy) { 1.0 } else { 0.0 }
     };
-    let found = answered(&meter, band, engine.brightest_energy()).unwrap().unwrap();
-    assert!((0.3..0.33).contains(&unit(found)));
-    let dark = answered(&meter, |_, _| 0.0, engine.brightest_energy()).unwrap();
-    assert_eq!(dark, Some(STEPS / 2));
+    let found = answered(&meter, band, engine.first_energy()).unwrap().unwrap();
+    assert!((0.3..0.33).contains(&unit(found.place)));
+    let dark = answered(&meter, |_, _| 0.0, engine.first_energy()).unwrap().unwrap();
+    assert_eq!((dark.place, dark.hits.len()), (STEPS / 2, 0));
+}
+
+/// None of the first 64 points is in a shape of a five-hundredth of the view; scattered ones are, at energies of their
+/// own, and the trees have nodes around one of them.
+#[test]
+fn scattered_points_find_a_small_shape_in_a_dark_view() {
+    let (axis, meter) = (axis(), meter(100_000));
+    let parts = whole_view(1);
+    let mut engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
+    let is_in = |at: [f64; 3]| at.iter().all(|x| (0.19..0.315).contains(x));
+    let rate = |at: [f64; 3], energy: f64| if is_in(at) { 1.0 + energy } else { 0.0 };
+    let found = answered(&meter, rate, engine.first_energy()).unwrap().unwrap();
+    let [hit] = found.hits[..] else { panic!("{found:?}") };
+    let [x, y] = hit.point.place.map(unit);
+    assert!(is_in([x, y, unit(hit.point.depth)]));
+    assert!(hit.rate > 0.0 && meter.evaluations() < 3000, "{hit:?}");
+    engine.first_hits = found.hits;
+    engine.add_sheets(Some(found.place));
+    let seeds = &engine.sheets[0].scan.seeds;
+    assert!(!seeds.places.is_empty());
+    assert!(seeds.depths(hit.point.place).iter().any(|depth| is_in([x, y, unit(*depth)])));
 }
 
 #[test]
@@ -56,7 +78,7 @@ fn without_an_energy_axis_no_energy_is_selected() {
     let meter = meter(0);
     let parts = whole_view(1);
     let engine = engine(&meter, &TILES, &parts, 3, None);
-    assert_eq!(answered(&meter, |_, _| 1.0, engine.brightest_energy()).unwrap(), None);
+    assert!(answered(&meter, |_, _| 1.0, engine.first_energy()).unwrap().is_none());
     assert!(engine.energies_used().is_empty());
 }
 

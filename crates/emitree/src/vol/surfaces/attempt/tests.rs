@@ -40,10 +40,12 @@ fn found(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64, most: u64) -> (O
         tolerance,
         most,
         known,
+        hits: &[],
         least_samples,
         limbs,
         lines: None,
         sky: None,
+        plane: None,
     };
     let (found, samples) = answered(&meter, |at, _| rate(at), attempt(&request)).unwrap();
     assert!(found.is_none() || samples.len() >= TUNING.surfaces.scattered);

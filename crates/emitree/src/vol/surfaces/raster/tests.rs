@@ -54,7 +54,7 @@ fn an_edge_beside_the_border_of_a_pixel_is_seen() {
     let tree = Octree::new(grid, vec![((0, [0; 3]), Leaf::Cut(vec![facet]))]);
     let model = Model { tree, pieces: vec![None, Some(Pieces::constant(1.0))] };
     let scale = Image::from_pixels(8, 8, vec![1.0; 64]);
-    let aim = Aim { target: 1e-2, scale: &scale, visible: None, sky: None };
+    let aim = Aim { target: 1e-2, scale: &scale, visible: None, sky: None, plane: None };
     let maps = model.maps(&aim, 1e-2, &mut KnownLines::default());
     for row in 0..8 {
         let found = maps.image[(row, 4)];

@@ -1,0 +1,80 @@
+//! Samples in other charts at which g differs from most of the view: where few of many samples meet a shape, the
+//! first samples of a search for surfaces would miss it.
+
+use crate::vol::sampling::unlike_most;
+use crate::vol::view::part::{Part, Parts};
+use crate::vol::view::scattered::PartSamples;
+
+/// The most samples that are taken: a shape that more of them meet is met by the first samples of a search, too.
+const MOST: usize = 256;
+
+/// A sample of a part of a view, in a chart of the whole view.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Known {
+    pub(super) at: [f64; 3],
+    /// g there.
+    rate: f64,
+    /// G there.
+    pub(super) of_path: f64,
+}
+
+/// The samples of the parts of a view in the chart of one part, those that are in view there. A sample in the gap of a body
+/// is a sum over other points, and has no place.
+pub(super) fn in_chart(part: &Part<'_>, parts: &Parts<'_>, samples: &[PartSamples]) -> Vec<Known> {
+    let chart = &*part.chart;
+    let of_parts = parts.parts.iter().zip(samples);
+    let all = of_parts.flat_map(|(own, samples)| {
+        samples.points.iter().zip(&samples.rates).filter_map(|(point, rate)| {
+            let of_own = own.chart.world_from_chart(*point);
+            let at = chart.chart_from_world(of_own.position)?;
+            let is_in_view = at.iter().all(|along| (0.0..=1.0).contains(along));
+            if !is_in_view || (own.chart.has_gaps() && own.chart.across_gap(*point).is_some()) {
+                return None;
+            }
+            let [of_own, path] =
+                [of_own, chart.world_from_chart(at)].map(|point| point.path_per_depth);
+            let rate = rate / of_own;
+            let of_path = rate * path;
+            (of_own > 0.0).then_some(Known { at, rate, of_path })
+        })
+    });
+    all.collect()
+}
+
+/// The numbers of those at which g is not that of most samples, in ascending order; none if no value is shared by most
+/// samples, or if more than [`MOST`] differ from it.
+pub(super) fn few(samples: &[Known]) -> Vec<usize> {
+    let rates: Vec<f64> = samples.iter().map(|of| of.rate).collect();
+    let others = unlike_most(&rates);
+    if others.len() > MOST.min(samples.len() / 2) { Vec::new() } else { others }
+}
+
+/// The points of those samples with G there.
+pub(super) fn hits(samples: &[Known]) -> Vec<([f64; 3], f64)> {
+    few(samples).into_iter().map(|number| (samples[number].at, samples[number].of_path)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn samples(rate: impl Fn(usize) -> f64) -> Vec<Known> {
+        let of = |number: usize| Known {
+            at: [number as f64, 0.0, 0.0],
+            rate: rate(number),
+            of_path: 2.0 * rate(number),
+        };
+        (0..400).map(of).collect()
+    }
+
+    #[test]
+    fn samples_that_differ_from_most_are_hits() {
+        // Equal but for rounding.
+        let background = |number: usize| 3.0 * (1.0 + 1e-15 * (number % 5) as f64);
+        let found = samples(|number| if number == 7 { 1.0 } else { background(number) });
+        assert_eq!(few(&found), [7]);
+        assert_eq!(hits(&found), [([7.0, 0.0, 0.0], 2.0)]);
+        assert!(hits(&samples(|number| number as f64)).is_empty());
+        assert!(hits(&samples(background)).is_empty());
+    }
+}
