@@ -7,14 +7,16 @@
 //! same tolerance of its own largest pixel, and to the same error as the cube.
 //!
 //! `cubes -- jumps 0 50 20 1e-2` renders random cubes with sharp surfaces, beside an image at the energy of the largest
-//! band; with `trees` at the end without a search for surfaces. `cubes -- skies 0 50 20 1e-2` renders such cubes from
-//! cameras of all kinds.
+//! band; with `trees` at the end by trees alone. `cubes -- skies 0 50 20 1e-2` renders such cubes from cameras of all
+//! kinds, and `smooth` and `views` render two smooth emissions with spectra of their own, in the canonical projection and in
+//! random views.
 
 use emitree::{
     Canonical, Cube, EnergyAxis, FromFn, FromSpectralFn, Image, Projection, RenderOptions,
     Rendering, VolOptions, render, render_cube,
 };
 use emitree_problems::cubes::jumps::{CubeReference, JumpCube, random_jump_cube};
+use emitree_problems::cubes::mixtures::{MixtureCube, random_mixture};
 use emitree_problems::cubes::skies::{SkyCube, random_sky_cube};
 use emitree_problems::cubes::{CubeProblem, problems};
 use std::error::Error;
@@ -27,16 +29,29 @@ fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match words.as_slice() {
-        [family @ ("jumps" | "skies"), from, to, bins, tolerances, with @ ..]
-            if matches!(with, [] | ["trees"]) =>
-        {
-            let scene = if *family == "jumps" { Scene::canonical } else { Scene::of_camera };
+        [
+            family @ ("jumps" | "skies" | "smooth" | "views"),
+            from,
+            to,
+            bins,
+            tolerances,
+            with @ ..,
+        ] if matches!(with, [] | ["trees"]) => {
+            let scene = match *family {
+                "jumps" => Scene::canonical,
+                "skies" => Scene::of_camera,
+                "smooth" => Scene::smooth,
+                _ => Scene::of_view,
+            };
             let by_trees = with == ["trees"];
-            jumps(scene, from.parse()?..to.parse()?, bins.parse()?, tolerances, by_trees)
+            random_cubes(scene, from.parse()?..to.parse()?, bins.parse()?, tolerances, by_trees)
         }
         [bins, tolerances] => table(bins.parse()?, tolerances, ""),
         [bins, tolerances, name] => table(bins.parse()?, tolerances, name),
-        _ => Err("expected: BINS T,… [NAME] | jumps|skies FROM TO BINS T,… [trees]".into()),
+        _ => {
+            Err("expected: BINS T,… [NAME] | jumps|skies|smooth|views FROM TO BINS T,… [trees]"
+                .into())
+        }
     }
 }
 
@@ -45,17 +60,18 @@ fn options(tolerance: f64) -> RenderOptions<'static> {
     RenderOptions::new(vol).with_max_evaluations(10_000_000)
 }
 
-/// The same without a search for surfaces, since errors are weighted, if only with 1.
+/// The same by trees alone, since errors are weighted, if only with 1.
 fn options_of_trees(tolerance: f64, [height, width]: [usize; 2]) -> RenderOptions<'static> {
     let weights = Image::from_pixels(height, width, vec![1.0; height * width]);
     let vol = VolOptions::new(tolerance).with_weights(weights);
     RenderOptions::new(vol).with_max_evaluations(10_000_000)
 }
 
-/// A random cube with sharp surfaces.
+/// A random cube.
 enum Scene {
     Canonical(JumpCube),
     OfCamera(Box<SkyCube>),
+    Mixture(MixtureCube),
 }
 
 impl Scene {
@@ -67,10 +83,19 @@ impl Scene {
         Self::OfCamera(Box::new(random_sky_cube(seed)))
     }
 
+    fn smooth(seed: u64) -> Self {
+        Self::Mixture(random_mixture(seed, false))
+    }
+
+    fn of_view(seed: u64) -> Self {
+        Self::Mixture(random_mixture(seed, true))
+    }
+
     fn name(&self) -> String {
         match self {
             Self::Canonical(scene) => scene.name().into(),
             Self::OfCamera(scene) => scene.name(),
+            Self::Mixture(scene) => scene.name().into(),
         }
     }
 
@@ -78,6 +103,7 @@ impl Scene {
         match self {
             Self::Canonical(_) => &Canonical,
             Self::OfCamera(scene) => scene.camera(),
+            Self::Mixture(scene) => scene.camera(),
         }
     }
 
@@ -85,6 +111,7 @@ impl Scene {
         match self {
             Self::Canonical(_) => SHAPE,
             Self::OfCamera(scene) => scene.pixels(),
+            Self::Mixture(scene) => scene.pixels(),
         }
     }
 
@@ -92,6 +119,7 @@ impl Scene {
         match self {
             Self::Canonical(scene) => scene.rate(position, energy),
             Self::OfCamera(scene) => scene.rate(position, energy),
+            Self::Mixture(scene) => scene.rate(position, energy),
         }
     }
 
@@ -99,6 +127,7 @@ impl Scene {
         Ok(match self {
             Self::Canonical(scene) => scene.axis(bins)?,
             Self::OfCamera(scene) => scene.axis(bins)?,
+            Self::Mixture(scene) => scene.axis(bins)?,
         })
     }
 
@@ -106,6 +135,7 @@ impl Scene {
         match self {
             Self::Canonical(scene) => scene.reference(SHAPE, axis),
             Self::OfCamera(scene) => scene.reference(axis),
+            Self::Mixture(scene) => scene.reference(axis),
         }
     }
 }
@@ -177,8 +207,8 @@ fn table(bins: usize, tolerances: &str, only: &str) -> Result<(), Box<dyn Error>
     Ok(())
 }
 
-/// How often a tolerance is met by random cubes with sharp surfaces, and at what cost.
-fn jumps(
+/// How often a tolerance is met by random cubes, and at what cost.
+fn random_cubes(
     scene: fn(u64) -> Scene,
     seeds: Range<u64>,
     bins: usize,

@@ -26,7 +26,7 @@ use emitree::{Cube, EnergyAxis, EnergyScale, Image};
 /// The kinds of scenes.
 const KINDS: [&str; 5] = ["continua", "line", "edge", "vanishing", "place"];
 /// The band.
-const BAND: [f64; 2] = [0.5, 2.0];
+pub(super) const BAND: [f64; 2] = [0.5, 2.0];
 
 /// How a part depends on the energy.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,7 +93,8 @@ pub fn random_jump_cube(seed: u64) -> JumpCube {
             ]
         }
         1 => {
-            let line = Dependence::Everywhere(generator.between(0.5, 5.0), line(&mut generator));
+            let line =
+                Dependence::Everywhere(generator.between(0.5, 5.0), line(&mut generator, 0.01));
             let continuum = Dependence::Everywhere(1.0, power);
             vec![(inside.clone(), continuum), (outside, continuum), (inside, line)]
         }
@@ -123,16 +124,17 @@ pub fn random_jump_cube(seed: u64) -> JumpCube {
         let [second, _] = random_shape(seed + 1_000_003).inside_and_outside();
         parts.push((
             second,
-            Dependence::Everywhere(generator.between(0.3, 2.0), line(&mut generator)),
+            Dependence::Everywhere(generator.between(0.3, 2.0), line(&mut generator, 0.01)),
         ));
     }
     let second = if parts.len() > 2 && kind != 1 || parts.len() > 3 { "+line" } else { "" };
     JumpCube { name: format!("{}-{}{second}-{seed}", KINDS[kind], shape.kind()), parts }
 }
 
-fn line(generator: &mut Generator) -> Spectrum {
+/// A line whose width is from the share `least` of the band to a tenth of it.
+pub(super) fn line(generator: &mut Generator, least: f64) -> Spectrum {
     let [from, to] = BAND;
-    let width = (to - from) * generator.log_between(0.01, 0.1);
+    let width = (to - from) * generator.log_between(least, 0.1);
     Spectrum::Line { energy: generator.between(from, to), width }
 }
 

@@ -21,6 +21,7 @@ pub mod ena_ring;
 pub mod jumps;
 mod local;
 pub mod mixture;
+pub mod mixtures;
 pub mod parts;
 mod ring;
 pub mod separable;

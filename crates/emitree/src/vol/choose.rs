@@ -11,14 +11,17 @@ use crate::output::MethodOutput;
 use crate::projection::charts::{Atlas, FoundCut, FoundEdge};
 use crate::tile::Tile;
 use crate::tree::StopReason;
+use crate::vol::engine::first_energy::{EnergySearch, FirstEnergy};
 use crate::vol::engine::{COARSEST_LEVEL, Trees, base_evaluations_of};
 use crate::vol::error_weights::ErrorWeights;
-use crate::vol::lowrank;
-use crate::vol::lowrank::attempted::Attempted;
+use crate::vol::lowrank::attempted::{Attempted, FoundCube};
+use crate::vol::lowrank::channel::{ChannelTarget, CubeView};
 use crate::vol::lowrank::start::{Division, Start};
+use crate::vol::lowrank::{self, ImageOf, Probed};
 use crate::vol::pixel_lines::PixelLines;
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::check_seeds;
+use crate::vol::spectrum::bins::Bins;
 use crate::vol::surfaces::{self, FirstImage};
 use crate::vol::tuning::TUNING;
 use crate::vol::view::edges::{cost_of_edges, find_edges};
@@ -80,7 +83,7 @@ async fn coarsest(
     meter.allow_overtime(if has_gaps { MOST_FOR_A_POINT * needed } else { needed });
     let vol = &VolOptions { base_level: COARSEST_LEVEL, smallest_feature: None, ..vol.clone() };
     let known = KnownParts::none(parts.parts.len());
-    let trees = Trees::begin(meter, tiles, &parts, axis, vol, known, None).await?;
+    let trees = Trees::begin(meter, tiles, &parts, axis, vol, known, None, None).await?;
     let mut made = trees.finish().await?;
     made.ending = StopReason::Budget;
     let largest = made.cube.largest();
@@ -114,6 +117,7 @@ async fn to_tolerance(
         None => division(meter, tiles, axis, vol).await?,
     };
     let mut seen: Option<SeenCharts> = None;
+    let mut first: Option<FirstEnergy> = None;
     let mut probed = Vec::new();
     let mut has_tried_halves = false;
     let mut unfinished: Option<MethodOutput> = None;
@@ -143,12 +147,21 @@ async fn to_tolerance(
         }
         meter.check_time()?;
         start = serving(start, &division, parts.parts.len(), axis, meter)?;
+        if let Some(axis) = axis.filter(|_| start.is_none() && first.is_none()) {
+            let search = EnergySearch::new(meter, tiles, &parts.parts, axis, vol);
+            first = Some(search.run(vol.base_level).await?);
+        }
+        let of_probes = core::mem::take(&mut probed);
         let mut attempted = match axis {
             None => {
-                let probed = core::mem::take(&mut probed);
-                lowrank::attempt(meter, tiles, &parts, vol, start, probed).await?
+                let of = ImageOf::default();
+                lowrank::attempt(meter, tiles, &parts, vol, start, of_probes, of).await?
             }
-            Some(_) => Attempted::none(&parts),
+            Some(axis) => {
+                let view = CubeView { meter, tiles, parts: &parts, vol };
+                let first = first.as_ref().filter(|first| first.hits.is_empty());
+                cube_of_products(&view, axis, first, of_probes, start).await?
+            }
         };
         if !attempted.functions_suffice {
             // From nothing, as without a mesh.
@@ -196,6 +209,8 @@ async fn to_tolerance(
             let from = if jumps { 0.0 } else { TUNING.view.least_cosine_of_kinks };
             if layered_parts(tiles, None, from).is_some() {
                 division.layered_from = Some(from);
+                // Its points were of other parts.
+                first = None;
                 unfinished = attempted.found.take();
                 continue;
             }
@@ -209,17 +224,59 @@ async fn to_tolerance(
             ));
         }
         let functions = core::mem::take(&mut attempted.functions);
+        let cube = attempted.cube_start.take();
         let trees = start.and_then(|start| start.trees.as_deref());
-        let mut made = finish(meter, tiles, &parts, axis, vol, attempted, trees).await?;
+        let mut made = finish(meter, tiles, &parts, axis, vol, attempted, trees, first).await?;
         made.stretch = division.stretch;
         if let Some(frozen) = made.frozen.as_mut().and_then(Arc::get_mut) {
             let trees = frozen.structure.take().and_then(|of| of.of_method().map(Arc::clone));
-            let start = Start { division, functions, trees };
+            let start = Start { division, functions, trees, cube };
             let has_products = start.has_functions();
             frozen.structure = Some(Structure::new(start, has_products));
         }
         return Ok(with_share_of_allowed(made, vol));
     }
+}
+
+/// The search for products at the first energy, with the cube in the place of its image if products give it to the
+/// tolerance; nothing if they are not searched for. With a start the cube is made of its functions.
+async fn cube_of_products(
+    view: &CubeView<'_>,
+    axis: &EnergyAxis,
+    first: Option<&FirstEnergy>,
+    probed: Vec<Probed>,
+    start: Option<&Start>,
+) -> Result<Attempted, MethodError> {
+    let mut of_cube = Attempted::none(view.parts);
+    if let Some(start) = start {
+        let Some(start) = &start.cube else { return Ok(of_cube) };
+        let found = lowrank::cube::cube_by_functions(view, axis, start).await?;
+        let is_fixed = has_fixed_mesh(view.meter);
+        let suffices = |of: &FoundCube| is_fixed || of.output.ending == StopReason::Complete;
+        of_cube.functions_suffice = is_fixed || found.as_ref().is_some_and(suffices);
+        of_cube.take_cube(found);
+        return Ok(of_cube);
+    }
+    let Some(first) = first.filter(|_| lowrank::cube::is_possible(view.vol)) else {
+        return Ok(of_cube);
+    };
+    let target = ChannelTarget {
+        energy: first.place,
+        tolerance: lowrank::cube::first_tolerance(view.vol),
+        least_largest: 0.0,
+        has_final_division: false,
+    };
+    let attempted = view.attempt(&Bins::new(axis), target, None, probed).await?;
+    if attempted.divides() {
+        return Ok(attempted);
+    }
+    of_cube.has_jump = attempted.has_jump;
+    if attempted.found.as_ref().is_some_and(is_complete) {
+        of_cube.take_cube(lowrank::cube::attempt_cube(view, axis, first.place, attempted).await?);
+    } else if attempted.known.samples.iter().any(|of| of.number > 0) {
+        of_cube.of_first = Some(attempted.known.samples);
+    }
+    Ok(of_cube)
 }
 
 /// Refuses a view whose image can't be made of products row by row, before anything is evaluated in its parts.
@@ -324,6 +381,7 @@ async fn finish(
     vol: &VolOptions,
     mut attempted: Attempted,
     trees: Option<&TreeStart>,
+    first: Option<FirstEnergy>,
 ) -> Result<MethodOutput, MethodError> {
     let products = match attempted.found.take() {
         Some(products) if is_complete(&products) => return Ok(products),
@@ -339,7 +397,20 @@ async fn finish(
     {
         return Ok(found);
     }
-    let tree = by_tree_or_surfaces(meter, tiles, parts, axis, vol, attempted.known, trees);
+    // The search for products has shown whether G jumps at the first energy.
+    let is_searched = attempted.of_first.is_some();
+    if let (Some(axis), Some(first), Some(samples)) = (axis, &first, attempted.of_first.take())
+        && attempted.has_jump
+    {
+        let (brightness, hits) = (Vec::new(), Vec::new());
+        let first = FirstImage { energy: first.place, brightness, hits, samples };
+        if let Some(found) = surfaces::render_cube(meter, tiles, parts, axis, &first, vol).await? {
+            return Ok(found);
+        }
+    }
+    let known = attempted.known;
+    let tree =
+        by_tree_or_surfaces(meter, tiles, parts, axis, vol, known, trees, first, is_searched);
     match (products, tree.await) {
         // The time limit was reached before lines gave an image. Products that have found nothing yet are none.
         (Some(products), Err(RenderError::Time { .. })) if products.cube.largest() > 0.0 => {
@@ -365,6 +436,8 @@ async fn by_tree_or_surfaces(
     vol: &VolOptions,
     known: KnownParts,
     start: Option<&TreeStart>,
+    first: Option<FirstEnergy>,
+    is_searched: bool,
 ) -> Result<MethodOutput, MethodError> {
     let (mut known, mut is_tried) = (known, false);
     if axis.is_none() && start.is_none() && parts.parts.iter().any(Part::is_tile_of_several) {
@@ -375,10 +448,11 @@ async fn by_tree_or_surfaces(
             return Ok(found);
         }
     }
-    let mut trees = Trees::begin(meter, tiles, parts, axis, vol, known, start).await?;
-    if let (Some(axis), Some(energy)) = (axis, trees.energy_of_jumps()) {
+    let mut trees = Trees::begin(meter, tiles, parts, axis, vol, known, start, first).await?;
+    if let (Some(axis), Some(energy)) = (axis, trees.energy_of_jumps().filter(|_| !is_searched)) {
         let before = meter.evaluations();
-        let first = FirstImage { energy, brightness: trees.brightness(), hits: trees.first_hits() };
+        let (brightness, hits) = (trees.brightness(), trees.first_hits());
+        let first = FirstImage { energy, brightness, hits, samples: Vec::new() };
         if let Some(found) = surfaces::render_cube(meter, tiles, parts, axis, &first, vol).await? {
             return Ok(found);
         }

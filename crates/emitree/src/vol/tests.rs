@@ -35,7 +35,10 @@ fn costs(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> [u64; 2] {
     let parts = parts(&tiles, None, None);
     let tree = async {
         let known = KnownParts::none(1);
-        Trees::begin(&meters[1], &tiles, &parts, None, &vol, known, None).await?.finish().await
+        Trees::begin(&meters[1], &tiles, &parts, None, &vol, known, None, None)
+            .await?
+            .finish()
+            .await
     };
     Calls::new(&emission, &meters[1], None).drive(pin!(tree)).unwrap();
     meters.map(|meter| meter.evaluations())

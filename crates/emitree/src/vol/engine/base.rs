@@ -1,9 +1,8 @@
 //! The base lattice: the initial sampling of every rendering.
 
 use crate::exchange::MethodError;
-use crate::vol::dyadic::STEPS;
 use crate::vol::engine::first_energy::FirstEnergy;
-use crate::vol::engine::{Engine, base_evaluations_of, within_budget};
+use crate::vol::engine::{Engine, within_budget};
 use crate::vol::line::node_lines::Wanted;
 use crate::vol::rule::scan::Scan;
 use crate::vol::sampling::Stop;
@@ -20,21 +19,12 @@ pub(crate) struct FirstSamples {
 
 impl Engine<'_> {
     /// Samples the lines of the base lattice at the first energy.
-    pub(crate) async fn sample_initially(&mut self) -> Result<FirstSamples, MethodError> {
-        let base = base_evaluations_of(self.parts, self.base_level);
-        let energy = if base + self.cost_of_first_energy() > self.meter.evaluations_left() {
-            self.spectra.as_ref().map(|_| STEPS / 2)
-        } else {
-            match self.first_energy().await {
-                Err(Stop::Budget) => Some(STEPS / 2),
-                Err(Stop::Failed(error)) => return Err(error),
-                Ok(None) => None,
-                Ok(Some(FirstEnergy { place, hits })) => {
-                    self.first_hits = hits;
-                    Some(place)
-                }
-            }
-        };
+    pub(crate) async fn sample_initially(
+        &mut self,
+        first: Option<FirstEnergy>,
+    ) -> Result<FirstSamples, MethodError> {
+        let energy = first.as_ref().map(|first| first.place);
+        self.first_hits = first.map(|first| first.hits).unwrap_or_default();
         self.add_sheets(energy);
         let within_budget = self.sample_base(0, None).await?;
         Ok(FirstSamples { energy, within_budget })

@@ -2,17 +2,23 @@
 //! structure, more of them are scattered, and those that do begin the trees.
 
 use crate::cell::{self, whole};
+use crate::energy::EnergyAxis;
+use crate::exchange::MethodError;
+use crate::meter::Meter;
+use crate::tile::Tile;
+use crate::vol::VolOptions;
 use crate::vol::dyadic::{STEPS, from_unit, spacing, unit};
-use crate::vol::engine::spectra::Spectra;
-use crate::vol::engine::{Engine, base_evaluations_of};
+use crate::vol::engine::base_evaluations_of;
 use crate::vol::featureless::{points_of_view, sky_factor};
 use crate::vol::lattice;
-use crate::vol::sampling::{Stop, unlike_most};
+use crate::vol::sampling::{Stop, View, unlike_most};
 use crate::vol::seeds::SeedTargets;
+use crate::vol::spectrum::bins::Bins;
 use crate::vol::spectrum::probes::{
-    GOLDEN_RATIO, LINE_LEVEL, ProbePoint, energy_of_check, spectral_rates,
+    GOLDEN_RATIO, LINE_LEVEL, ProbePoint, SpectralProbes, energy_of_check, spectral_rates,
 };
 use crate::vol::tuning::TUNING;
+use crate::vol::view::part::Part;
 
 /// The most points of a structure that the trees begin with.
 const MOST_HITS: usize = 8;
@@ -25,17 +31,26 @@ const LEVELS_AROUND: u8 = 4;
 
 /// An energy, and the few points at which g differs from the other ones there.
 #[derive(Debug)]
-pub(super) struct FirstEnergy {
-    pub(super) place: u32,
-    pub(super) hits: Vec<Hit>,
+pub(crate) struct FirstEnergy {
+    /// A place of the axis.
+    pub(crate) place: u32,
+    pub(crate) hits: Vec<Hit>,
+    /// The evaluations that it took.
+    pub(super) evaluations: u64,
 }
 
 /// A point at which g differs from most of the view.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Hit {
+pub(crate) struct Hit {
     pub(super) point: ProbePoint,
     /// G there, at the first energy.
     pub(super) rate: f64,
+}
+
+impl FirstEnergy {
+    fn without_hits(place: u32) -> Self {
+        Self { place, hits: Vec::new(), evaluations: 0 }
+    }
 }
 
 impl Hit {
@@ -55,27 +70,77 @@ impl Hit {
     }
 }
 
-impl Engine<'_> {
-    /// The number of evaluations of the search for the first energy at its first points.
-    pub(super) fn cost_of_first_energy(&self) -> u64 {
-        let energies = self.spectra.as_ref().map_or(0, |spectra| spectra.first_energies().len());
-        (self.first_points().len() * energies) as u64
+/// The view in which the first energy is searched for.
+pub(crate) struct EnergySearch<'a> {
+    meter: &'a Meter,
+    tiles: &'a [Tile<'a>],
+    parts: &'a [Part<'a>],
+    vol: &'a VolOptions,
+    /// Without a spectrum yet.
+    probes: SpectralProbes<'a>,
+}
+
+impl<'a> EnergySearch<'a> {
+    pub(crate) fn new(
+        meter: &'a Meter,
+        tiles: &'a [Tile<'a>],
+        parts: &'a [Part<'a>],
+        axis: &'a EnergyAxis,
+        vol: &'a VolOptions,
+    ) -> Self {
+        let mut probes = SpectralProbes::new(Bins::new(axis));
+        probes.add_line_energies(&vol.line_energies);
+        Self { meter, tiles, parts, vol, probes }
+    }
+
+    /// The first energy, before base lattices of this level: the middle of the axis if the budget does not suffice for both.
+    pub(crate) async fn run(&self, base_level: u8) -> Result<FirstEnergy, MethodError> {
+        let before = self.meter.evaluations();
+        let base = base_evaluations_of(self.parts, base_level);
+        let is_affordable = base + self.cost() <= self.meter.evaluations_left();
+        let found = match is_affordable {
+            true => self.search(base).await,
+            false => Err(Stop::Budget),
+        };
+        let mut first = match found {
+            Err(Stop::Budget) => FirstEnergy::without_hits(STEPS / 2),
+            Err(Stop::Failed(error)) => return Err(error),
+            Ok(found) => found,
+        };
+        first.evaluations = self.meter.evaluations() - before;
+        Ok(first)
+    }
+
+    /// The number of evaluations at the first points.
+    fn cost(&self) -> u64 {
+        (self.first_points().len() * self.first_energies().len()) as u64
+    }
+
+    /// The energies at which the first energy is searched for: a coarse lattice, and the emission
+    /// lines that the options name.
+    fn first_energies(&self) -> Vec<u32> {
+        let lattice = (0..=1_u32 << TUNING.spectra.initial_level)
+            .map(|k| k * spacing(TUNING.spectra.initial_level));
+        let mut energies: Vec<u32> = lattice.chain(self.probes.common_energies()).collect();
+        energies.sort_unstable();
+        energies.dedup();
+        energies
     }
 
     /// The energy at which some points of the view are brightest, with the few at which g differs from the others there.
     /// Where it does at none, more points are scattered. If all are dark, it is the middle of the axis.
-    pub(super) async fn first_energy(&self) -> Result<Option<FirstEnergy>, Stop> {
-        let Some(spectra) = &self.spectra else { return Ok(None) };
-        let (points, energies) = (self.first_points(), spectra.first_energies());
+    /// `base` is the number of evaluations of the base lattices that follow.
+    async fn search(&self, base: u64) -> Result<FirstEnergy, Stop> {
+        let (points, energies) = (self.first_points(), self.first_energies());
         let sampled: Vec<_> = points
             .iter()
             .flat_map(|&point| energies.iter().map(move |&energy| (point, energy)))
             .collect();
-        let rates = self.rates_of(spectra, &sampled).await?;
+        let rates = self.rates_of(&sampled).await?;
         let mut sums = vec![0.0; energies.len()];
         for rates in rates.chunks(energies.len()) {
             for ((sum, rate), &place) in sums.iter_mut().zip(rates).zip(&energies) {
-                *sum += rate.abs() / spectra.probes.bins.density(unit(place));
+                *sum += rate.abs() / self.probes.bins.density(unit(place));
             }
         }
         let middle = energies.len() / 2;
@@ -86,14 +151,14 @@ impl Engine<'_> {
             let samples: Vec<(ProbePoint, f64)> = points.into_iter().zip(of_energy).collect();
             let place = energies[brightest];
             let hits = match self.differing(&samples) {
-                none if none.is_empty() => match self.scattered_hits(spectra, place).await {
+                none if none.is_empty() => match self.scattered_hits(base, place).await {
                     Err(Stop::Budget) => Vec::new(),
                     scattered => scattered?,
                 },
                 few if few.len() <= MOST_HITS => few,
                 _ => Vec::new(),
             };
-            return Ok(Some(FirstEnergy { place, hits }));
+            return Ok(FirstEnergy { hits, ..FirstEnergy::without_hits(place) });
         }
         // Spectra may lie between these energies: each point is sampled at different ones.
         let (step, cell) = (spacing(TUNING.spectra.initial_level), spacing(LINE_LEVEL));
@@ -103,36 +168,36 @@ impl Engine<'_> {
             (0..1_u32 << TUNING.spectra.initial_level).map(move |k| (point, k * step + shift))
         };
         let sampled: Vec<_> = points.iter().enumerate().flat_map(shifted).collect();
-        if let Some((_, place)) = self.brightest_of(spectra, &sampled).await? {
-            return Ok(Some(FirstEnergy { place, hits: Vec::new() }));
+        if let Some((_, place)) = self.brightest_of(&sampled).await? {
+            return Ok(FirstEnergy::without_hits(place));
         }
-        self.first_of_dark(spectra).await.map(Some)
+        self.first_of_dark(base).await
     }
 
     /// The energy of the brightest of scattered points, each of which has an energy of its own, with that point; the middle
     /// of the axis if all are dark.
-    async fn first_of_dark(&self, spectra: &Spectra<'_>) -> Result<FirstEnergy, Stop> {
-        for numbers in self.batches(true) {
+    async fn first_of_dark(&self, base: u64) -> Result<FirstEnergy, Stop> {
+        for numbers in self.batches(base, true) {
             let points = numbers.flat_map(|number| {
                 let energy = energy_of_check(number);
                 self.points_of_lattice(number).map(move |point| (point, energy))
             });
             let points: Vec<_> = points.collect();
-            if let Some((hit, place)) = self.brightest_of(spectra, &points).await? {
-                return Ok(FirstEnergy { place, hits: vec![hit] });
+            if let Some((hit, place)) = self.brightest_of(&points).await? {
+                return Ok(FirstEnergy { hits: vec![hit], ..FirstEnergy::without_hits(place) });
             }
         }
-        Ok(FirstEnergy { place: STEPS / 2, hits: Vec::new() })
+        Ok(FirstEnergy::without_hits(STEPS / 2))
     }
 
     /// Those of scattered points at which g differs from the others at an energy.
-    async fn scattered_hits(&self, spectra: &Spectra<'_>, place: u32) -> Result<Vec<Hit>, Stop> {
+    async fn scattered_hits(&self, base: u64, place: u32) -> Result<Vec<Hit>, Stop> {
         let mut samples: Vec<(ProbePoint, f64)> = Vec::new();
-        for numbers in self.batches(false) {
+        for numbers in self.batches(base, false) {
             let points: Vec<_> =
                 numbers.flat_map(|number| self.points_of_lattice(number)).collect();
             let sampled: Vec<_> = points.iter().map(|point| (*point, place)).collect();
-            let rates = self.rates_of(spectra, &sampled).await?;
+            let rates = self.rates_of(&sampled).await?;
             samples.extend(points.into_iter().zip(rates));
             let hits = self.differing(&samples);
             if !hits.is_empty() {
@@ -144,15 +209,13 @@ impl Engine<'_> {
 
     /// The numbers of points of the scattered lattice of each part, in batches that double: as many as an image
     /// without structure in any of them has; none of a narrow view that is not dark.
-    fn batches(&self, is_dark: bool) -> Vec<core::ops::Range<usize>> {
+    fn batches(&self, base: u64, is_dark: bool) -> Vec<core::ops::Range<usize>> {
         let sky_factor = sky_factor(self.tiles);
         if sky_factor == 1 && !is_dark {
             return Vec::new();
         }
         let of_view = points_of_view(self.vol.tolerance, 1.0);
         let all = sky_factor * TUNING.lowrank.dark_factor * of_view;
-        // The base lattice follows.
-        let base = base_evaluations_of(self.parts, self.base_level);
         let left = self.meter.evaluations_left().saturating_sub(base);
         let affordable = (left / MOST_BUDGET_SHARE).min(all as u64) as usize;
         let [first, all] = [FIRST_POINTS, affordable].map(|count| count / self.parts.len().max(1));
@@ -173,22 +236,22 @@ impl Engine<'_> {
     }
 
     /// G at points and energies, times the density of energies.
-    async fn rates_of(
-        &self,
-        spectra: &Spectra<'_>,
-        points: &[(ProbePoint, u32)],
-    ) -> Result<Vec<f64>, Stop> {
-        spectral_rates(&self.views(), points, &spectra.probes.bins).await
+    async fn rates_of(&self, points: &[(ProbePoint, u32)]) -> Result<Vec<f64>, Stop> {
+        let &Self { meter, tiles, .. } = self;
+        let view = |part: &'a Part<'a>| View {
+            meter,
+            chart: &*part.chart,
+            tiles: tiles.len(),
+            energy: None,
+        };
+        let views: Vec<View<'a>> = self.parts.iter().map(view).collect();
+        spectral_rates(&views, points, &self.probes.bins).await
     }
 
     /// The brightest of points at energies; `None` if all are dark.
-    async fn brightest_of(
-        &self,
-        spectra: &Spectra<'_>,
-        points: &[(ProbePoint, u32)],
-    ) -> Result<Option<(Hit, u32)>, Stop> {
-        let rates = self.rates_of(spectra, points).await?;
-        let size = |i: usize| rates[i].abs() / spectra.probes.bins.density(unit(points[i].1));
+    async fn brightest_of(&self, points: &[(ProbePoint, u32)]) -> Result<Option<(Hit, u32)>, Stop> {
+        let rates = self.rates_of(points).await?;
+        let size = |i: usize| rates[i].abs() / self.probes.bins.density(unit(points[i].1));
         let brightest =
             (0..points.len()).fold(0, |best, i| if size(i) > size(best) { i } else { best });
         let found = points.get(brightest).filter(|_| size(brightest) > 0.0);

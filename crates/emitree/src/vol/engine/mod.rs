@@ -2,7 +2,7 @@
 
 mod current_image;
 mod base;
-mod first_energy;
+pub(crate) mod first_energy;
 pub(crate) mod coverage;
 mod verification;
 pub(crate) mod run;
@@ -24,7 +24,7 @@ use crate::vol::VolOptions;
 use crate::vol::dyadic::unit;
 use crate::vol::engine::coverage::Coverage;
 use crate::vol::engine::current_image::CurrentImage;
-use crate::vol::engine::first_energy::Hit;
+use crate::vol::engine::first_energy::{EnergySearch, FirstEnergy, Hit};
 use crate::vol::engine::run::Beginning;
 use crate::vol::engine::spectra::Spectra;
 use crate::vol::image::pixels::pixel_means;
@@ -54,7 +54,7 @@ pub(crate) struct Trees<'a> {
 
 impl<'a> Trees<'a> {
     /// The base lattice sampled at the first energy, unless the trees begin with those of `start`; `known` is what products
-    /// have found.
+    /// have found, and `first` that energy, if it is known.
     pub(crate) async fn begin(
         meter: &'a Meter,
         tiles: &'a [Tile<'a>],
@@ -63,6 +63,7 @@ impl<'a> Trees<'a> {
         vol: &'a VolOptions,
         known: KnownParts,
         start: Option<&'a TreeStart>,
+        first: Option<FirstEnergy>,
     ) -> Result<Self, MethodError> {
         let parts = &view.parts[..];
         let is_fixed = meter.start().is_some_and(|start| start.is_fixed);
@@ -76,6 +77,7 @@ impl<'a> Trees<'a> {
         let goal = vol.tolerance.min(TUNING.engine.loosest_tolerance);
         let short = meter.evaluations_left()
             < TUNING.engine.short_budget * base_evaluations_of(parts, base_level);
+        let of_first = first.as_ref().map_or(0, |first| first.evaluations);
         let mut engine = Engine {
             meter,
             tiles,
@@ -91,7 +93,7 @@ impl<'a> Trees<'a> {
             first_hits: Vec::new(),
             requested: vol.tolerance,
             goal,
-            evaluations_before: meter.evaluations(),
+            evaluations_before: meter.evaluations() - of_first,
             verification_lines: 1,
             coverage: Coverage::new(wanted, known.smallest, known.samples),
             products: known.products,
@@ -109,7 +111,16 @@ impl<'a> Trees<'a> {
         let beginning = match start {
             Some(start) if is_fixed => Beginning::FixedTrees(start),
             Some(start) => Beginning::Trees(start),
-            None => Beginning::Samples(engine.sample_initially().await?),
+            None => {
+                let first = match (first, axis) {
+                    (None, Some(axis)) => {
+                        let search = EnergySearch::new(meter, tiles, parts, axis, vol);
+                        Some(search.run(base_level).await?)
+                    }
+                    (first, _) => first,
+                };
+                Beginning::Samples(engine.sample_initially(first).await?)
+            }
         };
         Ok(Self { engine, beginning })
     }
@@ -339,7 +350,7 @@ impl Engine<'_> {
         let products = self.products.iter().zip(self.parts).zip(&self.footings);
         for ((product, part), footing) in products {
             let product = product.as_ref().and_then(|product| product.frozen.as_ref());
-            product.iter().for_each(|of| frozen.add_products(of, part, footing));
+            product.iter().for_each(|of| frozen.add_products(of, part, footing, &[1.0]));
         }
         for sheet in &self.sheets {
             let energy = &self.energies.selected[sheet.id.energy];

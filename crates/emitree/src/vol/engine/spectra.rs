@@ -62,17 +62,6 @@ impl<'a> Spectra<'a> {
         self.probes.bins.axis
     }
 
-    /// The energies at which the first energy is searched for: a coarse lattice, and the emission
-    /// lines that the options name.
-    pub(super) fn first_energies(&self) -> Vec<u32> {
-        let lattice = (0..=1_u32 << TUNING.spectra.initial_level)
-            .map(|k| k * spacing(TUNING.spectra.initial_level));
-        let mut energies: Vec<u32> = lattice.chain(self.probes.common_energies()).collect();
-        energies.sort_unstable();
-        energies.dedup();
-        energies
-    }
-
     /// Replaces the weights of errors: those of each part on its raster, by bin.
     pub(crate) fn set_weights(&mut self, weights: Vec<WeightsOfPart>) {
         self.probes.set_weights(weights);

@@ -7,6 +7,7 @@ mod verification;
 
 use super::*;
 use crate::projection::Canonical;
+use crate::vol::engine::first_energy::{EnergySearch, FirstEnergy};
 use crate::vol::testing::{PANE, answered, assert_close, meter, uniform};
 use crate::vol::view::part::parts;
 use crate::vol::view::scattered::{KnownParts, PartSamples};
@@ -26,15 +27,24 @@ fn whole_view(pieces_of_line: usize) -> Parts<'static> {
 }
 
 impl Engine<'_> {
+    /// The energy at which the trees begin.
+    async fn first_energy(&self) -> Result<Option<FirstEnergy>, MethodError> {
+        let Some(spectra) = &self.spectra else { return Ok(None) };
+        let &Self { meter, tiles, parts, vol, base_level, .. } = self;
+        EnergySearch::new(meter, tiles, parts, spectra.axis(), vol).run(base_level).await.map(Some)
+    }
+
     /// The first samples at the first energy and at all that the spectra require.
     async fn sample_at_all_energies(&mut self) -> Result<bool, MethodError> {
-        let first = self.sample_initially().await?;
+        let first = self.first_energy().await?;
+        let first = self.sample_initially(first).await?;
         self.sample_further_energies(&first).await
     }
 
     /// The whole loop from the first samples on.
     async fn run_from_nothing(&mut self) -> Result<(CurrentImage, StopReason), MethodError> {
-        let first = self.sample_initially().await?;
+        let first = self.first_energy().await?;
+        let first = self.sample_initially(first).await?;
         self.run(Beginning::Samples(first)).await
     }
 }
@@ -176,7 +186,7 @@ fn made(
     let parts = whole_view(1);
     let tree = async {
         let known = KnownParts::none(1);
-        Trees::begin(&meter, &TILES, &parts, None, vol, known, None).await?.finish().await
+        Trees::begin(&meter, &TILES, &parts, None, vol, known, None, None).await?.finish().await
     };
     (answered(&meter, rate, tree), meter.evaluations())
 }

@@ -2,6 +2,7 @@
 
 use crate::cube::Cube;
 use crate::line_values::LineValues;
+use crate::mesh::frozen::Frozen;
 use crate::output::MethodOutput;
 use crate::projection::charts::FittedDepth;
 use crate::projection::charts::chart::Window;
@@ -9,15 +10,17 @@ use crate::projection::charts::stretch::Stretch;
 use crate::tree::StopReason;
 use crate::vol::VolOptions;
 use crate::vol::error_weights::ErrorWeights;
+use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::lowrank::maps::Maps;
 use crate::vol::lowrank::rows::Checked;
-use crate::vol::lowrank::start::Functions;
+use crate::vol::lowrank::start::{CubeStart, Functions};
 use crate::vol::lowrank::{Attempt, Probed};
 use crate::vol::tuning::TUNING;
 use crate::vol::view::frozen::FrozenView;
 use crate::vol::view::lines::{FunctionOfPart, LinesInView};
-use crate::vol::view::part::{Parts, ProductImage};
-use crate::vol::view::scattered::KnownParts;
+use crate::vol::view::part::{Footing, Parts, ProductImage};
+use crate::vol::view::products::FrozenProducts;
+use crate::vol::view::scattered::{KnownParts, PartSamples};
 use std::sync::Arc;
 
 /// The result of the searches.
@@ -48,8 +51,22 @@ pub(crate) struct Attempted {
     pub(crate) functions_suffice: bool,
     /// The functions of the parts, if a frozen quadrature is made.
     pub(crate) functions: Vec<Option<Functions>>,
+    /// The frozen functions of the parts at one energy of a cube.
+    pub(super) placed: Vec<Placed>,
+    /// The scattered samples at the first energy of a cube, if products were searched for there.
+    pub(crate) of_first: Option<Vec<PartSamples>>,
+    /// What a cube leaves for those of other emissions.
+    pub(crate) cube_start: Option<Arc<CubeStart>>,
+    /// The products of the parts.
+    pub(super) interpolants: Vec<Option<Arc<Interpolant>>>,
     /// Why the image of a part is not complete, if one is not.
     ending: StopReason,
+}
+
+/// A cube, and what it leaves for those of other emissions.
+pub(crate) struct FoundCube {
+    pub(crate) output: MethodOutput,
+    pub(crate) start: Option<Arc<CubeStart>>,
 }
 
 /// An azimuth at which G has a kink or a jump in a chart.
@@ -60,6 +77,24 @@ pub(crate) struct Kink {
     pub(crate) window: Window,
     /// The place along the azimuth of the window.
     pub(crate) v: f64,
+}
+
+/// Frozen functions of a part, its number, and where it is in the image.
+pub(super) type Placed = (FrozenProducts, usize, Arc<Footing>);
+
+/// The frozen quadrature of functions, each group with its weight in the bins of the cube.
+pub(super) fn frozen_of(
+    parts: &Parts<'_>,
+    groups: &[(Vec<Placed>, Vec<f64>)],
+    shape: [usize; 3],
+) -> Frozen {
+    let mut view = FrozenView::new(&parts.outside);
+    for (group, weights) in groups {
+        for (of, part, footing) in group {
+            view.add_products(of, &parts.parts[*part], footing, weights);
+        }
+    }
+    view.finish(shape)
 }
 
 /// The radiances of the lines that the options name, of a view whose parts all have products.
@@ -91,8 +126,29 @@ impl Attempted {
             has_jump: false,
             functions_suffice: true,
             functions: vec![None; parts.parts.len()],
+            placed: Vec::new(),
+            of_first: None,
+            cube_start: None,
+            interpolants: vec![None; parts.parts.len()],
             ending: StopReason::Complete,
         }
+    }
+
+    /// Takes the cube of these parts.
+    pub(crate) fn take_cube(&mut self, found: Option<FoundCube>) {
+        if let Some(FoundCube { output, start }) = found {
+            self.found = Some(output);
+            self.cube_start = start;
+        }
+    }
+
+    /// Whether the view had better be divided in another way.
+    pub(crate) fn divides(&self) -> bool {
+        self.prefers_faces
+            || self.prefers_halves
+            || self.stretch.is_some()
+            || !self.depths.is_empty()
+            || !self.kinks.is_empty()
     }
 
     /// Adds the image of a part, and makes the output when all parts have one.
@@ -118,22 +174,24 @@ impl Attempted {
         let functions = attempt.meter.freezes().then(|| attempt.search.functions());
         let frozen = functions.as_ref().map(|functions| attempt.search.frozen(functions));
         self.functions[number] = functions;
-        let mut placed = FrozenView::new(&parts.outside);
+        let mut placed: Vec<Placed> = Vec::new();
+        let interpolant = Arc::new(attempt.search.interpolant.clone());
+        self.interpolants[number] = Some(Arc::clone(&interpolant));
         let is_image = footing.is_of_pixels() && parts.parts.len() == 1;
         let mut lines = None;
         let maps = if is_image {
             let means = |shape| attempt.search.interpolant.means(shape);
             let has_rim = !footing.is_raster_of_pixels();
-            frozen.iter().for_each(|of| placed.add_products(of, attempt.part, footing));
+            placed.extend(frozen.map(|of| (of, number, Arc::clone(footing))));
             let image = if has_rim { footing.image(means, &attempt.part.scale).1 } else { image };
             if attempt.vol.lines.is_some() {
-                let function = Arc::new(attempt.search.interpolant.clone());
+                let function = interpolant;
                 let product = ProductImage { function, errors: error.clone(), frozen: None };
                 lines = lines_of(attempt.vol, parts, &[product], known.largest);
             }
             [image, error]
         } else {
-            let function = Arc::new(attempt.search.interpolant.clone());
+            let function = interpolant;
             known.products[number] = Some(ProductImage { function, errors: error, frozen });
             let products: Option<Vec<ProductImage>> = known.products.iter().cloned().collect();
             let Some(products) = products else { return };
@@ -152,8 +210,8 @@ impl Attempted {
                     parts.image_of_products(&products, allowed, weights.as_deref())
                 }
             };
-            for ((product, part), footing) in products.iter().zip(&parts.parts).zip(&footings) {
-                product.frozen.iter().for_each(|of| placed.add_products(of, part, footing));
+            for (part, (product, footing)) in products.iter().zip(&footings).enumerate() {
+                placed.extend(product.frozen.clone().map(|of| (of, part, Arc::clone(footing))));
             }
             maps
         };
@@ -161,7 +219,7 @@ impl Attempted {
             parts.outside.iter().for_each(|&pixel| map.pixels_mut()[pixel] = f64::NAN);
             Cube::from_bands(vec![map])
         });
-        if attempt.meter.keeps_images() && !is_image {
+        if attempt.shows() && !is_image {
             // The last frame is the image.
             attempt.meter.show([cube.clone(), error.clone()]);
         }
@@ -177,9 +235,11 @@ impl Attempted {
             let interpolant = attempt.search.interpolant.clone();
             made.products = Some(Arc::new(Checked { interpolant, residuals }));
         }
-        if attempt.meter.freezes() {
-            let [_, height, width] = made.cube.shape();
-            made.frozen = Some(Arc::new(placed.finish([1, height, width])));
+        if attempt.meter.freezes() && attempt.search.view.energies.is_empty() {
+            made.frozen =
+                Some(Arc::new(frozen_of(parts, &[(placed, vec![1.0])], made.cube.shape())));
+        } else {
+            self.placed = placed;
         }
         self.found = Some(made);
     }

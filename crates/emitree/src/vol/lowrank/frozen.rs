@@ -1,10 +1,8 @@
 //! The interpolant of a part as a linear map from its values at the triples of pivots.
 
-use crate::site::Site;
 use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::lowrank::search::Search;
 use crate::vol::lowrank::start::Functions;
-use crate::vol::sampling::terms;
 use crate::vol::view::products::{CoreToMeans, FrozenProducts};
 use std::sync::Arc;
 
@@ -17,9 +15,7 @@ impl CoreToMeans for Interpolant {
 impl Search<'_> {
     /// The present interpolant, whose functions are given, with frozen functions.
     pub(super) fn frozen(&self, Functions(functions): &Functions) -> FrozenProducts {
-        let chart = &*self.view.part.chart;
-        let terms = |&u: &[f64; 3]| -> Vec<(Site, f64)> { terms(chart, u, self.view.site(u)) };
-        let nodes = self.interpolant.triples().iter().map(terms).collect();
+        let nodes = self.interpolant.triples().iter().map(|u| self.view.terms(*u)).collect();
         FrozenProducts { nodes: Arc::new(nodes), interpolant: functions.clone() }
     }
 

@@ -48,13 +48,18 @@ impl Attempt<'_> {
     /// Passes the current image to the observer of the rendering, if there is one, the rank is not
     /// 0 and the image is that of the only part.
     pub(super) fn show(&self, assessment: &Assessment) {
-        if self.meter.keeps_images() && !self.search.interpolant.ranks().contains(&0) {
+        if self.shows() && !self.search.interpolant.ranks().contains(&0) {
             self.show_maps(&self.maps(assessment));
         }
     }
 
+    /// Whether the image is that which an observer waits for, and not one of the energies of a cube.
+    pub(super) fn shows(&self) -> bool {
+        self.meter.keeps_images() && self.search.view.energies.is_empty()
+    }
+
     pub(super) fn show_maps(&self, maps: &Maps) {
-        if self.meter.keeps_images() && self.parts == 1 {
+        if self.shows() && self.parts == 1 {
             self.meter.show(self.cubes(maps));
         }
     }

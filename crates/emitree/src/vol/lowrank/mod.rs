@@ -12,6 +12,8 @@
 //! * `maps`: image and error of a part;
 //! * `attempted`: the result of the searches of all parts;
 //! * `rows`: the image row by row;
+//! * `channel`: products at one energy;
+//! * `spectral_places`, `cube`: a spectral cube, from products at a few energies;
 //! * `frozen`: the interpolant as a linear map from its values at the pivots;
 //! * `jump`: detection of discontinuities;
 //! * `kinks`: kinks and jumps at an azimuth of a chart;
@@ -24,6 +26,8 @@
 
 pub(crate) mod attempted;
 mod chebyshev;
+pub(crate) mod channel;
+pub(crate) mod cube;
 mod fibers;
 mod forecast;
 mod frozen;
@@ -37,6 +41,7 @@ mod rows;
 mod trial_run;
 mod scaling;
 mod search;
+mod spectral_places;
 pub(crate) mod start;
 mod weighted_view;
 mod weights;
@@ -61,13 +66,24 @@ use crate::vol::lowrank::maps::{Maps, largest_of_rows, shape_of};
 use crate::vol::lowrank::search::{End, Probes, Search};
 use crate::vol::lowrank::start::{Functions, Start};
 pub(crate) use crate::vol::lowrank::weighted_view::WeightedView;
-use crate::vol::sampling::Stop;
+use crate::vol::sampling::{EnergySample, Stop};
 use crate::vol::seeds::SeedTargets;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::depths::{fitted, fitted_stretch};
 use crate::vol::view::faces::reaches_faces;
 use crate::vol::view::part::{Footing, Part, Parts, add};
 use crate::vol::view::scattered::{fraction_of_view, size_detected};
+
+/// Which image is searched for.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct ImageOf<'a> {
+    /// The energies at which G is sampled, with their weights; none without an energy axis.
+    pub(crate) energies: &'a [(EnergySample, f64)],
+    /// The |pixel| to which the tolerance is relative, unless another one is larger.
+    pub(crate) least_largest: f64,
+    /// Whether the view is divided as it has to be.
+    pub(crate) has_final_division: bool,
+}
 
 /// Computes the image of each part of the view to the tolerance of `vol` from an interpolant of G, if
 /// that is possible. The searches begin with the functions of `start`, if it is of these parts.
@@ -78,6 +94,7 @@ pub(crate) async fn attempt(
     vol: &VolOptions,
     start: Option<&Start>,
     probed: Vec<Probed>,
+    of: ImageOf<'_>,
 ) -> Result<Attempted, MethodError> {
     let mut attempted = Attempted::none(parts);
     let is_fixed = meter.start().is_some_and(|start| start.is_fixed);
@@ -111,7 +128,10 @@ pub(crate) async fn attempt(
             let attempt = Attempt {
                 meter,
                 search: Search::new(
-                    WeightedView::new(meter, part, tiles.len()),
+                    WeightedView {
+                        energies: of.energies,
+                        ..WeightedView::new(meter, part, tiles.len())
+                    },
                     vol.is_uniform().then_some(vol.tolerance),
                 ),
                 start: start.and_then(|start| start.functions[number].clone()),
@@ -156,7 +176,8 @@ pub(crate) async fn attempt(
             Err(Stop::Failed(error)) => return Err(error),
         }
     }
-    if parts.has_box && start.is_none() {
+    let may_divide = start.is_none() && !of.has_final_division;
+    if parts.has_box && may_divide {
         let probed = attempts.iter().flat_map(|(_, attempt)| attempt.search.probed());
         let rates = probed.map(|([_, _, z], rate)| (z, rate));
         attempted.prefers_faces = reaches_faces(rates, vol.tolerance);
@@ -164,7 +185,7 @@ pub(crate) async fn attempt(
             return Ok(attempted);
         }
     }
-    if !parts.has_fitted_depths() && !parts.has_layers() && start.is_none() {
+    if !parts.has_fitted_depths() && !parts.has_layers() && may_divide {
         let fitted = |(_, attempt): &(usize, Attempt<'_>)| attempt.fitted_depth(parts);
         attempted.depths = attempts.iter().filter_map(fitted).collect();
         attempted.stretch = attempts.iter().find_map(|(_, attempt)| attempt.fitted_stretch());
@@ -175,7 +196,7 @@ pub(crate) async fn attempt(
         }
     }
     attempts.sort_by(|a, b| b.1.brightness().total_cmp(&a.1.brightness()));
-    let mut largest: f64 = 0.0;
+    let mut largest = of.least_largest;
     let mut done: Option<[Image; 2]> = None;
     let is_only = parts.parts.len() == 1;
     for (number, mut attempt) in attempts {
@@ -186,6 +207,7 @@ pub(crate) async fn attempt(
         let found = match attempt.run().await {
             Ok(found) => Some(found),
             // If there is a time limit, the image is kept in case that lines give none before.
+            Err(End::NotSeparable) if of.has_final_division => return Ok(attempted),
             Err(End::NotSeparable) => {
                 attempted.kinks = attempt.kinks(parts).await?;
                 attempted.prefers_halves = attempt.prefers_halves(parts);

@@ -47,7 +47,7 @@ pub(super) fn evaluations_of_tree(
     let parts = parts(&tiles, None, None);
     let tree = async {
         let known = KnownParts::none(1);
-        Trees::begin(&meter, &tiles, &parts, None, &vol, known, None).await?.finish().await
+        Trees::begin(&meter, &tiles, &parts, None, &vol, known, None, None).await?.finish().await
     };
     let mut tree = pin!(tree);
     let calls = Calls::new(&emission, &meter, None);

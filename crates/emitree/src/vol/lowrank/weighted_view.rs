@@ -3,7 +3,7 @@
 use crate::meter::Meter;
 use crate::site::Site;
 use crate::vol::lowrank::scaling::Scaling;
-use crate::vol::sampling::{EnergySample, Stop, evaluate_across_gaps};
+use crate::vol::sampling::{EnergySample, Stop, evaluate_across_gaps, terms};
 use crate::vol::view::part::Part;
 
 /// The view of G, weighted with the density of solid angle.
@@ -42,12 +42,7 @@ impl WeightedView<'_> {
                 .await;
         }
         let point = |i: usize| points[i / energies.len()];
-        let site = |i: usize| {
-            let (sample, _) = energies[i % energies.len()];
-            let mut site = self.site(point(i));
-            site.point.path_per_depth *= sample.density;
-            Site { energy: Some(sample.energy), ..site }
-        };
+        let site = |i: usize| self.site_at(point(i), energies[i % energies.len()].0);
         let count = points.len() * energies.len();
         let rates = evaluate_across_gaps(self.meter, chart, count, &point, &site).await?;
         let sum = |of_point: &[f64]| {
@@ -68,7 +63,27 @@ impl WeightedView<'_> {
         Site { xy, point, energy: None, tile: (tile, self.tiles) }
     }
 
-    /// The same for several groups of points, in one batch.
+    /// One sample at an energy.
+    fn site_at(&self, u: [f64; 3], sample: EnergySample) -> Site {
+        let mut site = self.site(u);
+        site.point.path_per_depth *= sample.density;
+        Site { energy: Some(sample.energy), ..site }
+    }
+
+    /// The sites whose weighted values make the value at a point.
+    pub(super) fn terms(&self, u: [f64; 3]) -> Vec<(Site, f64)> {
+        let chart = &*self.part.chart;
+        if self.energies.is_empty() {
+            return terms(chart, u, self.site(u));
+        }
+        let of_energy = |&(sample, weight): &(EnergySample, f64)| {
+            let of_sample = terms(chart, u, self.site_at(u, sample)).into_iter();
+            of_sample.map(move |(site, of_site)| (site, weight * of_site))
+        };
+        self.energies.iter().flat_map(of_energy).collect()
+    }
+
+    /// The values at several groups of points, in one batch.
     pub(super) async fn rates_of_groups(
         &self,
         groups: &[Vec<[f64; 3]>],

@@ -4,6 +4,7 @@
 //! level l without a sample has its prediction from the lattice of level l − 1.
 
 pub(crate) mod bins;
+pub(crate) mod cube_spectra;
 pub(crate) mod energies;
 pub(crate) mod probes;
 pub(crate) mod selection;

@@ -54,10 +54,14 @@ impl Energies {
             let worst = (0..residuals.len())
                 .max_by(|a, b| residuals[*a].largest().total_cmp(&residuals[*b].largest()));
             let Some(worst) = worst.filter(|&i| residuals[i].largest() > goal) else { break };
-            goal = TUNING.spectra.selection_share * limits.allowed;
             probes.raise_precision(worst, residuals[worst].largest(), limits.largest);
             probes.sample(views, limits.allowed).await?;
             residuals[worst] = self.residual(&probes.probes[worst], &probes.bins);
+            if residuals[worst].largest() <= goal {
+                // It was the error of a spectrum that is steep there.
+                continue;
+            }
+            goal = TUNING.spectra.selection_share * limits.allowed;
             if !self.select(residuals, worst, None, &probes.bins) {
                 break;
             }

@@ -7,9 +7,8 @@ use crate::vol::dyadic::unit;
 use crate::vol::lowrank::WeightedView;
 use crate::vol::sampling::{Stop, View};
 use crate::vol::spectrum::bins::Bins;
-use crate::vol::spectrum::energies::{Energies, unexplained};
-use crate::vol::spectrum::probes::{SpectralProbes, SpotCheck};
-use crate::vol::spectrum::selection::SelectionLimits;
+use crate::vol::spectrum::cube_spectra::CubeSpectra;
+use crate::vol::spectrum::probes::SpotCheck;
 use crate::vol::surfaces::attempt::{Located, locate};
 use crate::vol::surfaces::channel::{Channel, ChannelRequest};
 use crate::vol::surfaces::found::found_surfaces;
@@ -65,7 +64,7 @@ async fn find(
     surfaces.jumps.iter_mut().for_each(|jump| *jump /= density);
     let mut cube = CubeSearch::new(request, &located, bins, lines, left);
     let Some(maps) = cube.run(first).await? else { return Ok(None) };
-    let energies = cube.energies.selected.iter().map(|one| one.place).collect();
+    let energies = cube.spectra.energies.selected.iter().map(|one| one.place).collect();
     Ok(Some(FoundCube { energies, samples: rates.len(), surfaces, maps }))
 }
 
@@ -73,13 +72,9 @@ async fn find(
 struct CubeSearch<'a> {
     request: &'a Request<'a>,
     located: &'a Located<'a>,
+    spectra: CubeSpectra<'a>,
     /// Where spectra are sampled.
-    views: [View<'a>; 1],
     points: Vec<RegionPoint>,
-    probes: SpectralProbes<'a>,
-    energies: Energies,
-    /// For each bin the largest error of a voxel that the selected energies leave.
-    unexplained: Vec<f64>,
     /// What each energy adds.
     channels: Vec<Channel>,
     /// The evaluations that may be made for those from the second one on.
@@ -95,30 +90,29 @@ impl<'a> CubeSearch<'a> {
         left: u64,
     ) -> Self {
         let WeightedView { meter, part, tiles, .. } = *request.view;
-        let views = [View { meter, chart: &*part.chart, tiles, energy: None }];
+        let views = vec![View { meter, chart: &*part.chart, tiles, energy: None }];
         let points = located.spectral_points();
-        let unexplained = vec![0.0; bins.factors.len()];
-        let mut probes = SpectralProbes::new(bins);
-        probes.add_line_energies(lines);
-        for (number, of) in points.iter().enumerate() {
-            let is_full = number.is_multiple_of(TUNING.spectra.full_probe_stride);
-            probes.add(of.point, of.path, is_full);
-        }
+        let mut spectra = CubeSpectra::new(views, bins, lines, request.tolerance);
+        spectra.add_points(points.iter().map(|of| (of.point, of.path)));
         // The pieces of the search are those of the first energy.
         let (model, maps) = (located.model.clone(), located.maps.clone());
-        let (energies, channels) = (Energies::default(), vec![Channel { model, maps }]);
-        Self { request, located, views, points, probes, energies, unexplained, channels, left }
+        let channels = vec![Channel { model, maps }];
+        Self { request, located, spectra, points, channels, left }
     }
 
     /// Adds energies from that of the surfaces on, until new samples agree with them. Returns values and errors of each
     /// bin if they are within the tolerance.
     async fn run(&mut self, first: u32) -> Result<Option<Vec<[Image; 2]>>, Failure> {
-        if !self.select_first(first).await? {
+        if !self.spectra.select_first(first).await? {
             return Ok(None);
         }
-        for round in 0..TUNING.surfaces.cube_rounds {
+        for round in 0..TUNING.spectra.cube_rounds {
             let known = self.channels.len();
-            self.add_channels().await?;
+            while self.spectra.select(self.largest()).await? {
+                for number in self.channels.len()..self.spectra.energies.len() {
+                    self.add_channel(number).await?;
+                }
+            }
             if round > 0 && self.channels.len() == known {
                 // The energies explain the spectra: the pieces are wrong.
                 return Ok(None);
@@ -133,62 +127,16 @@ impl<'a> CubeSearch<'a> {
         Ok(None)
     }
 
-    /// Selects the first energy. Returns whether there is emission.
-    async fn select_first(&mut self, place: u32) -> Result<bool, Failure> {
-        self.probes.add_common_energy(place);
-        // The largest voxel is known only after the first samples of the spectra.
-        self.probes.sample(&self.views, f64::INFINITY).await?;
-        let allowed = self.allowed(self.probes.largest());
-        self.probes.sample(&self.views, allowed).await?;
-        let first = Energies::first(&self.probes, place);
-        let is_bright = first.is_some();
-        self.energies = first.unwrap_or_default();
-        Ok(is_bright)
-    }
-
-    /// What the selected energies may leave in a voxel.
-    fn allowed(&self, largest: f64) -> f64 {
-        TUNING.spectra.energy_share * self.request.tolerance * largest
-    }
-
-    /// Adds the energies that the spectra require, with their channels.
-    async fn add_channels(&mut self) -> Result<(), Failure> {
-        let most = SelectionLimits::most_of_bins(self.unexplained.len());
-        loop {
-            for number in self.channels.len()..self.energies.len() {
-                self.add_channel(number).await?;
-            }
-            let largest = self.largest();
-            let allowed = self.allowed(largest);
-            self.probes.sample(&self.views, allowed).await?;
-            let mut residuals = self.energies.residuals(&self.probes);
-            let left = unexplained(&residuals, &self.probes.bins);
-            self.unexplained =
-                left.iter().map(|left| TUNING.spectra.unsampled_margin * left).collect();
-            let known = self.energies.len();
-            let limits = SelectionLimits { allowed, largest, most };
-            self.energies
-                .select_until_explained(&mut self.probes, &mut residuals, &self.views, &limits)
-                .await?;
-            if self.energies.len() == known {
-                return Ok(());
-            }
-            for number in known..self.energies.len() {
-                self.probes.add_common_energy(self.energies.selected[number].place);
-            }
-            self.probes.sample(&self.views, allowed).await?;
-        }
-    }
-
     /// Adds the channel of energy `number`, not the first one.
     async fn add_channel(&mut self, number: usize) -> Result<(), Failure> {
-        let selected = &self.energies.selected;
+        let CubeSpectra { energies, probes, .. } = &self.spectra;
+        let selected = &energies.selected;
         let places = selected.iter().map(|one| one.place);
-        let terms: Vec<(u32, f64)> = places.zip(self.energies.weights_of_part(number)).collect();
-        let sample = |&(place, weight): &(u32, f64)| (self.probes.bins.sample_at(place), weight);
+        let terms: Vec<(u32, f64)> = places.zip(energies.weights_of_part(number)).collect();
+        let sample = |&(place, weight): &(u32, f64)| (probes.bins.sample_at(place), weight);
         let samples: Vec<_> = terms.iter().map(sample).collect();
         let view = WeightedView { energies: &samples, ..*self.request.view };
-        let known = self.located.known_samples(&self.points, &self.probes, &terms);
+        let known = self.located.known_samples(&self.points, probes, &terms);
         let in_bins = selected[number].weights.iter().map(|weight| weight.abs());
         let in_bins = in_bins.fold(f64::MIN_POSITIVE, f64::max);
         // Each further energy adds less than those before: its share of the error halves, three times.
@@ -206,14 +154,13 @@ impl<'a> CubeSearch<'a> {
     async fn check(&mut self, round: usize) -> Result<bool, Failure> {
         let expected = |of: &RegionPoint, energy: u32| {
             let parts = self.channels.iter().map(|channel| channel.model.value(of.at));
-            self.energies.sum_of_parts(parts, energy)
+            self.spectra.energies.sum_of_parts(parts, energy)
         };
         let both = self.located.checks(round, expected);
         let checks: Vec<SpotCheck> = both.iter().map(|(_, check)| *check).collect();
-        let allowed = TUNING.spectra.failure_share * self.request.tolerance * self.largest();
-        let known = self.probes.probes.len();
-        let found = self.probes.spot_check(&self.views, &checks, allowed).await?;
-        for probe in &self.probes.probes[known..] {
+        let (known, largest) = (self.spectra.probes.probes.len(), self.largest());
+        let found = self.spectra.check(&checks, largest).await?;
+        for probe in &self.spectra.probes.probes[known..] {
             self.points.extend(both.iter().map(|(of, _)| of).find(|of| of.point == probe.point));
         }
         Ok(found == 0)
@@ -230,12 +177,12 @@ impl<'a> CubeSearch<'a> {
         let of_bin = |(bin, unexplained): (usize, &f64)| {
             let mut image = Image::zeros(height, width);
             let mut error = Image::from_pixels(height, width, vec![*unexplained; height * width]);
-            for (channel, one) in self.channels.iter().zip(&self.energies.selected) {
+            for (channel, one) in self.channels.iter().zip(&self.spectra.energies.selected) {
                 image.add_scaled(&channel.maps.image, one.weights[bin]);
                 error.add_scaled(&channel.maps.error, one.weights[bin].abs());
             }
             [image, error]
         };
-        self.unexplained.iter().enumerate().map(of_bin).collect()
+        self.spectra.unexplained.iter().enumerate().map(of_bin).collect()
     }
 }

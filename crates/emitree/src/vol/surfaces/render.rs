@@ -81,6 +81,8 @@ pub(crate) struct FirstImage {
     pub(crate) brightness: Vec<([f64; 3], f64)>,
     /// The few points of each part at which g differs from most of the view.
     pub(crate) hits: Vec<PartSamples>,
+    /// Scattered samples of each part, if they are known.
+    pub(crate) samples: Vec<PartSamples>,
 }
 
 /// The cube of a view in which G jumps at the first energy; `None` if surfaces do not give the cube to the tolerance.
@@ -95,16 +97,20 @@ pub(crate) async fn render_cube(
     if !is_possible(vol) {
         return Ok(None);
     }
-    let brightness = [&first.brightness[..], &known_rates(parts, &first.hits)].concat();
+    let of_samples = [&first.hits, &first.samples].map(|of| known_rates(parts, of)).concat();
+    let brightness = [&first.brightness[..], &of_samples].concat();
     let Some(lines) = LinesOfSight::new(tiles, parts, &brightness) else { return Ok(None) };
     let Some(part) = lines.part(tiles, parts) else { return Ok(None) };
     let part = &part;
     let bins = Bins::new(axis);
     let energies = [(bins.sample_at(first.energy), 1.0)];
     let view = WeightedView { energies: &energies, ..WeightedView::new(meter, part, tiles.len()) };
-    let hits = in_chart(part, parts, &first.hits);
-    let hits: Vec<_> = hits.iter().map(|of| (of.at, of.of_path)).collect();
-    let request = Request { hits: &hits, ..request(&view, &lines, tiles, parts, vol)? };
+    let of_first = in_chart(part, parts, &first.hits);
+    let mut all: Vec<_> = of_first.iter().map(|of| (of.at, of.of_path)).collect();
+    if !lines.are_of_parts() {
+        all.extend(hits(&in_chart(part, parts, &first.samples)));
+    }
+    let request = Request { hits: &all, ..request(&view, &lines, tiles, parts, vol)? };
     let found = match attempt_cube(&request, bins, first.energy, &vol.line_energies).await {
         Ok(found) => found,
         Err(Stop::Budget) => return Ok(None),

@@ -94,5 +94,16 @@ group! {
         /// The error that the refinement of a spectrum may leave, as a share of what the selected
         /// energies may leave unexplained. Larger values add errors of spectra to the residuals.
         spectrum_share: f64 = 0.1, 0.05..=0.2;
+        /// The most verifications of the energies of a cube of products or of surfaces. More follow
+        /// spectra of more kinds.
+        cube_rounds: usize = 5, 3..=8;
+        /// The error of products at one energy, as a share of T: those of several energies add up in a
+        /// bin.
+        channel_share: f64 = 0.5, 0.25..=0.75;
+        /// How often products are searched for again to a smaller error, if the errors of all energies
+        /// add up to more than T.
+        tighter_channels: usize = 2, 1..=3;
+        /// The share of T that the sum of their errors is then aimed at.
+        tighter_share: f64 = 0.7, 0.5..=0.85;
     }
 }

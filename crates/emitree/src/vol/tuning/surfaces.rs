@@ -184,8 +184,6 @@ group! {
         /// The samples, each at a place and an energy of its own, that the energies are compared with. A shape in
         /// 3 % of the view with a line in 3 % of the band has 4 of them.
         spectral_checks: usize = 4096, 2048..=8192;
-        /// The most verifications of the energies of a cube.
-        cube_rounds: usize = 5, 3..=8;
         /// The most evaluations of further energies, in terms of those of the search at the first one.
         channel_evaluations: f64 = 0.5, 0.25..=1.0;
     }

@@ -7,7 +7,7 @@ use crate::mesh::frozen::{Collector, Frozen, NodesToCube};
 use crate::vol::dyadic::unit;
 use crate::vol::image::pixels::pixel_means;
 use crate::vol::image::tree::ImageTree;
-use crate::vol::view::part::{Footing, Part, add};
+use crate::vol::view::part::{Footing, Part};
 use crate::vol::view::products::FrozenProducts;
 use crate::vol::view::sheet::{Sheet, SheetId};
 use rustc_hash::FxHashMap;
@@ -19,6 +19,8 @@ struct PlacedProducts {
     products: FrozenProducts,
     footing: Arc<Footing>,
     scale: Arc<Image>,
+    /// Their weight in each bin.
+    weights: Vec<f64>,
 }
 
 /// A tree with its place in the image.
@@ -64,12 +66,13 @@ impl FrozenView {
         Self { image, collector: Collector::new() }
     }
 
-    /// Adds the products of a part; all products come before all sheets.
+    /// Adds the products of a part with their weight in each bin; all products come before all sheets.
     pub(crate) fn add_products(
         &mut self,
         products: &FrozenProducts,
         part: &Part<'_>,
         footing: &Arc<Footing>,
+        weights: &[f64],
     ) {
         let nodes = products.nodes.iter();
         nodes.for_each(|terms| self.collector.node(terms.iter().copied()));
@@ -77,6 +80,7 @@ impl FrozenView {
             products: products.clone(),
             footing: footing.clone(),
             scale: part.scale.clone(),
+            weights: weights.to_vec(),
         });
     }
 
@@ -138,16 +142,14 @@ impl FrozenImage {
 impl NodesToCube for FrozenImage {
     fn cube(&self, mut nodes: &[f64]) -> Cube {
         let [bins, height, width] = self.shape;
-        let mut done: Option<[Image; 2]> = None;
-        for PlacedProducts { products, footing, scale } in &self.products {
+        let mut bands = vec![Image::zeros(height, width); bins];
+        for PlacedProducts { products, footing, scale, weights } in &self.products {
             let (core, rest) = nodes.split_at(products.nodes.len());
             let (_, image) = footing.image(|shape| products.interpolant.means(core, shape), scale);
-            add(&mut done, [image, Image::zeros(0, 0)]);
+            for (band, weight) in bands.iter_mut().zip(weights) {
+                band.add_scaled(&image, *weight);
+            }
             nodes = rest;
-        }
-        let mut bands = vec![Image::zeros(height, width); bins];
-        if let (Some([done, _]), Some(band)) = (done, bands.first_mut()) {
-            band.add_scaled(&done, 1.0);
         }
         for (sheet, tree) in self.sheets.iter().zip(&self.trees(nodes)) {
             let (first, image) =

@@ -1,10 +1,11 @@
 //! The energies of a cube, for emissions whose spectra are known.
 
-use super::{TILES, engine, whole_view};
+use super::{TILES, default_options, engine, whole_view};
 use crate::EnergyScale;
 use crate::energy::EnergyAxis;
+use crate::vol::VolOptions;
 use crate::vol::dyadic::{STEPS, unit};
-use crate::vol::engine::spectra::Spectra;
+use crate::vol::engine::first_energy::EnergySearch;
 use crate::vol::testing::{answered, assert_close, meter};
 
 fn axis() -> EnergyAxis {
@@ -14,20 +15,19 @@ fn axis() -> EnergyAxis {
 #[test]
 fn the_initial_sampling_at_energies_has_64_points_at_five_and_named_ones() {
     let (axis, meter) = (axis(), meter(0));
-    let parts = whole_view(1);
-    assert_eq!(engine(&meter, &TILES, &parts, 3, None).cost_of_first_energy(), 0);
-    let mut engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
-    assert_eq!(engine.cost_of_first_energy(), 64 * 5);
+    let Parts { parts, .. } = whole_view(1);
+    let cost = |vol: &VolOptions| EnergySearch::new(&meter, &TILES, &parts, &axis, vol).cost();
+    assert_eq!(cost(default_options()), 64 * 5);
     // One of them is on the lattice.
-    engine.spectra = Some(Spectra::new(&axis, &[0.25, 0.3]));
-    assert_eq!(engine.cost_of_first_energy(), 64 * 6);
+    let lines = VolOptions { line_energies: vec![0.25, 0.3], ..default_options().clone() };
+    assert_eq!(cost(&lines), 64 * 6);
 }
 
 #[test]
 fn the_brightest_of_five_energies_is_the_first() {
     let axis = axis();
     for (middle, expected) in [(0.2, STEPS / 4), (0.99, STEPS), (0.55, STEPS / 2)] {
-        let meter = meter(1000);
+        let meter = meter(2000);
         let parts = whole_view(1);
         let engine = engine(&meter, &TILES, &parts, 3, Some(&axis));
         let rate = |_: [f64; 3], energy: f64| -(-((energy - middle) / 0.1_f64).powi(2)).exp();
