@@ -239,3 +239,60 @@ fn a_fixed_mesh_that_converges_is_within_the_tolerance() {
     assert_eq!([scenes, converged], [20, 8]);
     assert_eq!([evaluations, from_nothing], [5_602, 19_760]);
 }
+
+/// Two clouds, each with a spectrum of its own; `second` is the amplitude of the second one, and `index` the power of 1/E in the
+/// spectrum of the first one.
+fn spectral_clouds(second: f64, index: f64) -> impl Fn([f64; 3], f64) -> f64 {
+    move |at: [f64; 3], energy: f64| {
+        let cloud = |middle: [f64; 3], width: f64| {
+            let squares: f64 = at.iter().zip(middle).map(|(x, middle)| (x - middle).powi(2)).sum();
+            (-squares / (width * width)).exp()
+        };
+        cloud([0.4, 0.5, 0.6], 0.3) * energy.powf(-index)
+            + second * cloud([0.6, 0.4, 0.3], 0.25) * (-energy).exp()
+    }
+}
+
+/// A cube of products has the functions of all its energies for another emission. Where these do not suffice, that is said.
+#[test]
+#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+fn a_cube_begins_with_the_products_of_another_one() {
+    let axis = EnergyAxis::new(0.5, 2.0, 8, EnergyScale::Log).unwrap();
+    let cube = |rate: &(dyn Fn([f64; 3], f64) -> f64 + Sync), options: &RenderOptions<'_>| {
+        let emission = FromSpectralFn(|at, _, energy| rate(at, energy));
+        render_cube(&emission, &Canonical, SHAPE, &axis, options).unwrap()
+    };
+    let first = spectral_clouds(0.8, 1.0);
+    let mesh = cube(&first, &vol(1e-3)).mesh.unwrap();
+    let other = spectral_clouds(0.5, 1.0);
+    let exact = cube(&other, &vol(1e-5)).values;
+    let error = |found: &Rendering<_>| {
+        let found: &Rendering<emitree::Cube> = found;
+        found.values.max_difference(&exact) / exact.largest()
+    };
+    let fixed = cube(&other, &vol(0.01).with_fixed_mesh(&mesh));
+    let both = mesh.points().positions().iter().zip(mesh.points().energies());
+    let rates: Vec<f64> = both.map(|(&at, &energy)| other(at, energy)).collect();
+    let applied = mesh.apply(&rates).unwrap();
+    assert!(fixed.values.max_difference(&applied) < 1e-12 * applied.largest());
+    assert!(fixed.converged() && error(&fixed) <= fixed.estimated_error().unwrap());
+    let started = cube(&other, &vol(0.01).with_start(&mesh));
+    let from_nothing = cube(&other, &vol(0.01));
+    assert!(started.converged() && error(&started) < 0.01);
+    let [started, from_nothing] = [started, from_nothing].map(|of| of.stats.evaluations);
+    assert!(started < from_nothing, "{started} {from_nothing}");
+    // The same in each band is made of trees.
+    let by_band = RenderOptions::new(VolOptions::new(0.01).with_per_band(true));
+    let by_band = cube(&other, &by_band.with_start(&mesh));
+    assert!(by_band.converged() && error(&by_band) < 0.01);
+    // The spectrum of the first cloud is no combination of those that the mesh has.
+    let steep = spectral_clouds(0.5, 3.0);
+    let fixed = cube(&steep, &vol(1e-3).with_fixed_mesh(&mesh));
+    let exact = cube(&steep, &vol(1e-5)).values;
+    let error = fixed.values.max_difference(&exact) / exact.largest();
+    assert_eq!(fixed.stats.ending, StopReason::FixedMesh);
+    assert!(error > 1e-3 && error <= fixed.estimated_error().unwrap(), "{error}");
+    let started = cube(&steep, &vol(1e-3).with_start(&mesh));
+    assert!(started.converged());
+    assert!(started.values.max_difference(&exact) <= 1e-3 * exact.largest());
+}

@@ -141,3 +141,43 @@ impl MixtureCube {
         CubeReference { cube, error }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Voxels against sums over points of the line in the middle of a pixel and over energies: the difference is that
+    /// between this line and the mean.
+    #[test]
+    fn voxels_are_near_the_sums_of_their_middle_lines() {
+        const POINTS: usize = 1000;
+        const ENERGIES: usize = 200;
+        let middle = |k: usize, count: usize| (k as f64 + 0.5) / count as f64;
+        for (seed, has_camera) in [(0, false), (1, false), (3, true), (2, true)] {
+            let scene = random_mixture(seed, has_camera);
+            let axis = scene.axis(2).unwrap_or_else(|_| unreachable!());
+            let reference = scene.reference(&axis);
+            let largest = reference.cube.largest();
+            let [height, width] = scene.pixels();
+            let (row, column) = (2 * height / 5, width / 3);
+            let of_point = |k: usize| {
+                let u = [middle(column, width), middle(row, height), middle(k, POINTS)];
+                scene.camera().world_from_canonical(u)
+            };
+            let points: Vec<_> = (0..POINTS).map(of_point).collect();
+            for (bin, ends) in axis.edges().windows(2).enumerate() {
+                let of_energy = |k: usize| {
+                    let energy = ends[0] + (ends[1] - ends[0]) * middle(k, ENERGIES);
+                    let visible = points.iter().filter(|at| at.path_per_depth > 0.0);
+                    let rates =
+                        visible.map(|at| scene.rate(at.position, energy) * at.path_per_depth);
+                    rates.sum::<f64>() / POINTS as f64
+                };
+                let sum = (0..ENERGIES).map(of_energy).sum::<f64>() / ENERGIES as f64;
+                let voxel = reference.cube.bands()[bin].row(row)[column];
+                let difference = (voxel - sum).abs() / largest;
+                assert!(difference < 0.02, "{} {bin}: {difference}", scene.name());
+            }
+        }
+    }
+}

@@ -37,7 +37,7 @@ use std::sync::Arc;
 ///   energies and their functions;
 /// * `vol` with products: g is taken to be in the span of the functions found, G(x, y, z) = Σ aᵢ(x) bⱼ(y)
 ///   cₖ(z) G(xᵢ, yⱼ, zₖ). The same model with other parameters often is, to the tolerance. The points are the
-///   pivots (xᵢ, yⱼ, zₖ) alone.
+///   pivots (xᵢ, yⱼ, zₖ) alone, of a cube those at each selected energy.
 ///
 /// Values at pixels without an image are NaN, as in the rendering. Made by
 /// [`Session::mesh`](crate::Session::mesh), or with the [`Rendering`](crate::Rendering) itself.

@@ -1,5 +1,8 @@
 //! The choice between the low-rank approximation, surfaces and the image tree.
 
+mod checks;
+mod cube;
+
 use crate::cube::Cube;
 use crate::energy::EnergyAxis;
 use crate::error::{OptionError, RenderError};
@@ -11,17 +14,17 @@ use crate::output::MethodOutput;
 use crate::projection::charts::{Atlas, FoundCut, FoundEdge};
 use crate::tile::Tile;
 use crate::tree::StopReason;
+use crate::vol::VolOptions;
 use crate::vol::engine::first_energy::{EnergySearch, FirstEnergy};
-use crate::vol::engine::{COARSEST_LEVEL, Trees, base_evaluations_of};
+use crate::vol::engine::{COARSEST_LEVEL, Trees, affordable_base_level, base_evaluations_of};
 use crate::vol::error_weights::ErrorWeights;
-use crate::vol::lowrank::attempted::{Attempted, FoundCube};
-use crate::vol::lowrank::channel::{ChannelTarget, CubeView};
+use crate::vol::lowrank::attempted::Attempted;
+use crate::vol::lowrank::channel::CubeView;
 use crate::vol::lowrank::start::{Division, Start};
-use crate::vol::lowrank::{self, ImageOf, Probed};
+use crate::vol::lowrank::{self, ImageOf};
 use crate::vol::pixel_lines::PixelLines;
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::check_seeds;
-use crate::vol::spectrum::bins::Bins;
 use crate::vol::surfaces::{self, FirstImage};
 use crate::vol::tuning::TUNING;
 use crate::vol::view::edges::{cost_of_edges, find_edges};
@@ -29,7 +32,6 @@ use crate::vol::view::faces::reaches_faces_at;
 use crate::vol::view::part::{Part, Parts, SeenCharts, atlas, atlas_of_box, layered_parts, parts};
 use crate::vol::view::scattered::KnownParts;
 use crate::vol::view::tree_start::TreeStart;
-use crate::vol::{BASE_LEVELS, PixelTolerance, VolOptions};
 use std::sync::Arc;
 
 /// Renders an image, or a cube in the bins of `axis`, to the tolerance of `vol`.
@@ -39,7 +41,7 @@ pub(crate) async fn render(
     axis: Option<&EnergyAxis>,
     vol: &VolOptions,
 ) -> Result<MethodOutput, MethodError> {
-    check(vol, tiles[0].shape_of_image(), axis)?;
+    checks::check(vol, tiles[0].shape_of_image(), axis)?;
     check_seeds(&vol.seeds)?;
     // From here on, the tolerance is that of the largest pixel.
     let vol = &VolOptions { tolerance: vol.of_largest(), ..vol.clone() };
@@ -149,7 +151,9 @@ async fn to_tolerance(
         start = serving(start, &division, parts.parts.len(), axis, meter)?;
         if let Some(axis) = axis.filter(|_| start.is_none() && first.is_none()) {
             let search = EnergySearch::new(meter, tiles, &parts.parts, axis, vol);
-            first = Some(search.run(vol.base_level).await?);
+            let left = meter.evaluations_left();
+            let base_level = affordable_base_level(&parts.parts, vol.base_level, left)?;
+            first = Some(search.run(base_level).await?);
         }
         let of_probes = core::mem::take(&mut probed);
         let mut attempted = match axis {
@@ -159,8 +163,9 @@ async fn to_tolerance(
             }
             Some(axis) => {
                 let view = CubeView { meter, tiles, parts: &parts, vol };
-                let first = first.as_ref().filter(|first| first.hits.is_empty());
-                cube_of_products(&view, axis, first, of_probes, start).await?
+                let first = first.as_ref();
+                let first = first.filter(|first| first.is_bright && first.hits.is_empty());
+                cube::of_products(&view, axis, first, of_probes, start).await?
             }
         };
         if !attempted.functions_suffice {
@@ -210,7 +215,7 @@ async fn to_tolerance(
             if layered_parts(tiles, None, from).is_some() {
                 division.layered_from = Some(from);
                 // Its points were of other parts.
-                first = None;
+                first = first.filter(|first| first.hits.is_empty());
                 unfinished = attempted.found.take();
                 continue;
             }
@@ -236,47 +241,6 @@ async fn to_tolerance(
         }
         return Ok(with_share_of_allowed(made, vol));
     }
-}
-
-/// The search for products at the first energy, with the cube in the place of its image if products give it to the
-/// tolerance; nothing if they are not searched for. With a start the cube is made of its functions.
-async fn cube_of_products(
-    view: &CubeView<'_>,
-    axis: &EnergyAxis,
-    first: Option<&FirstEnergy>,
-    probed: Vec<Probed>,
-    start: Option<&Start>,
-) -> Result<Attempted, MethodError> {
-    let mut of_cube = Attempted::none(view.parts);
-    if let Some(start) = start {
-        let Some(start) = &start.cube else { return Ok(of_cube) };
-        let found = lowrank::cube::cube_by_functions(view, axis, start).await?;
-        let is_fixed = has_fixed_mesh(view.meter);
-        let suffices = |of: &FoundCube| is_fixed || of.output.ending == StopReason::Complete;
-        of_cube.functions_suffice = is_fixed || found.as_ref().is_some_and(suffices);
-        of_cube.take_cube(found);
-        return Ok(of_cube);
-    }
-    let Some(first) = first.filter(|_| lowrank::cube::is_possible(view.vol)) else {
-        return Ok(of_cube);
-    };
-    let target = ChannelTarget {
-        energy: first.place,
-        tolerance: lowrank::cube::first_tolerance(view.vol),
-        least_largest: 0.0,
-        has_final_division: false,
-    };
-    let attempted = view.attempt(&Bins::new(axis), target, None, probed).await?;
-    if attempted.divides() {
-        return Ok(attempted);
-    }
-    of_cube.has_jump = attempted.has_jump;
-    if attempted.found.as_ref().is_some_and(is_complete) {
-        of_cube.take_cube(lowrank::cube::attempt_cube(view, axis, first.place, attempted).await?);
-    } else if attempted.known.samples.iter().any(|of| of.number > 0) {
-        of_cube.of_first = Some(attempted.known.samples);
-    }
-    Ok(of_cube)
 }
 
 /// Refuses a view whose image can't be made of products row by row, before anything is evaluated in its parts.
@@ -496,63 +460,6 @@ async fn edges(
         Ok(found) => Ok(found),
         Err(Stop::Budget) => Ok(Vec::new()),
         Err(Stop::Failed(error)) => Err(error),
-    }
-}
-
-/// Returns an error if an option is out of range.
-fn check(
-    vol: &VolOptions,
-    shape: [usize; 2],
-    axis: Option<&EnergyAxis>,
-) -> Result<(), MethodError> {
-    // Where sums alone matter, the tolerance of pixels may be as loose as it can be.
-    let is_below = vol.tolerance < 1.0 || (vol.tolerance <= 1.0 && !vol.sums.is_empty());
-    if !(vol.tolerance > 0.0 && is_below) {
-        return Err(OptionError::Tolerance(vol.tolerance).into());
-    }
-    if let Some(by_pixel) = &vol.by_pixel {
-        check_by_pixel(by_pixel)?;
-    }
-    if let Some(weights) = &vol.weights {
-        check_weights(weights, shape)?;
-    }
-    if vol.per_band && axis.is_none() {
-        return Err(OptionError::PerBand.into());
-    }
-    if !BASE_LEVELS.contains(&vol.base_level) {
-        let expected = [*BASE_LEVELS.start(), *BASE_LEVELS.end()];
-        return Err(OptionError::BaseLevel { level: vol.base_level, expected }.into());
-    }
-    Ok(())
-}
-
-fn check_by_pixel(by_pixel: &PixelTolerance) -> Result<(), OptionError> {
-    let PixelTolerance { rtol, atol, floor } = *by_pixel;
-    if !(atol >= 0.0 && atol.is_finite()) {
-        return Err(OptionError::AbsoluteTolerance(atol));
-    }
-    if !(0.0..1.0).contains(&rtol) || (rtol == 0.0 && atol == 0.0) {
-        return Err(OptionError::RelativeTolerance(rtol));
-    }
-    if !(0.0..1.0).contains(&floor) {
-        return Err(OptionError::Floor(floor));
-    }
-    Ok(())
-}
-
-fn check_weights(weights: &Image, shape: [usize; 2]) -> Result<(), OptionError> {
-    let given = [weights.height(), weights.width()];
-    if given != shape {
-        return Err(OptionError::WeightsShape { given, expected: shape });
-    }
-    let is_weight = |weight: &f64| *weight >= 0.0 && weight.is_finite();
-    if let Some(pixel) = weights.pixels().iter().position(|weight| !is_weight(weight)) {
-        let [row, column] = [pixel / shape[1], pixel % shape[1]];
-        return Err(OptionError::Weight { weight: weights.pixels()[pixel], row, column });
-    }
-    match weights.largest() > 0.0 {
-        true => Ok(()),
-        false => Err(OptionError::NoWeights),
     }
 }
 

@@ -25,7 +25,7 @@ fn made(
 }
 
 fn refused(vol: &VolOptions) -> Option<&'static str> {
-    match check(vol, [16, 16], None) {
+    match checks::check(vol, [16, 16], None) {
         Ok(()) => None,
         Err(RenderError::Option(option)) => Some(option.name()),
         Err(error) => panic!("{error}"),

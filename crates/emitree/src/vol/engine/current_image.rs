@@ -98,7 +98,7 @@ impl Engine<'_> {
             [Image::zeros(height, width), constant]
         };
         let mut maps: Vec<[Image; 2]> = unexplained.iter().map(empty).collect();
-        // Products are made for images alone, which have one bin.
+        // Products beside trees are those of an image, which has one bin.
         if let (Some(done), [maps]) = (&self.done, &mut maps[..]) {
             maps.iter_mut().zip(done).for_each(|(map, done)| map.add_scaled(done, 1.0));
         }

@@ -35,6 +35,8 @@ pub(crate) struct FirstEnergy {
     /// A place of the axis.
     pub(crate) place: u32,
     pub(crate) hits: Vec<Hit>,
+    /// Whether some point is bright there; otherwise it is the middle of the axis.
+    pub(crate) is_bright: bool,
     /// The evaluations that it took.
     pub(super) evaluations: u64,
 }
@@ -49,7 +51,11 @@ pub(crate) struct Hit {
 
 impl FirstEnergy {
     fn without_hits(place: u32) -> Self {
-        Self { place, hits: Vec::new(), evaluations: 0 }
+        Self { place, hits: Vec::new(), is_bright: true, evaluations: 0 }
+    }
+
+    fn middle() -> Self {
+        Self { is_bright: false, ..Self::without_hits(STEPS / 2) }
     }
 }
 
@@ -76,7 +82,7 @@ pub(crate) struct EnergySearch<'a> {
     tiles: &'a [Tile<'a>],
     parts: &'a [Part<'a>],
     vol: &'a VolOptions,
-    /// Without a spectrum yet.
+    /// The bins and the energies of emission lines, without any point.
     probes: SpectralProbes<'a>,
 }
 
@@ -103,7 +109,7 @@ impl<'a> EnergySearch<'a> {
             false => Err(Stop::Budget),
         };
         let mut first = match found {
-            Err(Stop::Budget) => FirstEnergy::without_hits(STEPS / 2),
+            Err(Stop::Budget) => FirstEnergy::middle(),
             Err(Stop::Failed(error)) => return Err(error),
             Ok(found) => found,
         };
@@ -112,7 +118,7 @@ impl<'a> EnergySearch<'a> {
     }
 
     /// The number of evaluations at the first points.
-    fn cost(&self) -> u64 {
+    pub(super) fn cost(&self) -> u64 {
         (self.first_points().len() * self.first_energies().len()) as u64
     }
 
@@ -187,7 +193,7 @@ impl<'a> EnergySearch<'a> {
                 return Ok(FirstEnergy { hits: vec![hit], ..FirstEnergy::without_hits(place) });
             }
         }
-        Ok(FirstEnergy::without_hits(STEPS / 2))
+        Ok(FirstEnergy::middle())
     }
 
     /// Those of scattered points at which g differs from the others at an energy.

@@ -189,7 +189,11 @@ impl<'a> Trees<'a> {
 }
 
 /// The requested base level, or the finest one whose initial sampling the budget allows.
-fn affordable_base_level(parts: &[Part<'_>], wanted: u8, allowed: u64) -> Result<u8, MethodError> {
+pub(crate) fn affordable_base_level(
+    parts: &[Part<'_>],
+    wanted: u8,
+    allowed: u64,
+) -> Result<u8, MethodError> {
     let needed = |level| base_evaluations_of(parts, level);
     (COARSEST_LEVEL..=wanted).rev().find(|&level| needed(level) <= allowed).ok_or_else(|| {
         let what = "the initial sampling of 3 x 3 lines in 3 depths".to_owned();

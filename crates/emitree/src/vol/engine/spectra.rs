@@ -246,16 +246,15 @@ impl<'b> Engine<'b> {
         let mut sampled = within_budget(spectra.probes.sample(&views, allowed).await)?;
         let Spectra { probes, unexplained, residuals: of_probes, .. } = &mut *spectra;
         let mut residuals = self.energies.residuals(probes);
-        let left = energies::unexplained(&residuals, &probes.bins);
-        *unexplained = left.iter().map(|left| TUNING.spectra.unsampled_margin * left).collect();
-        if !self.vol.is_uniform() {
-            *of_probes = residuals.iter().map(|residual| residual.effects.clone()).collect();
-        }
         if sampled {
             let limits = SelectionLimits { allowed, largest: target / self.tolerance, most };
             let selection =
                 self.energies.select_until_explained(probes, &mut residuals, &views, &limits);
             sampled = within_budget(selection.await)?;
+        }
+        *unexplained = energies::expected(&residuals, &probes.bins);
+        if !self.vol.is_uniform() {
+            *of_probes = residuals.iter().map(|residual| residual.effects.clone()).collect();
         }
         spectra.are_explained = sampled;
         Ok(sampled)

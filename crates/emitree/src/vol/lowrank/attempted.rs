@@ -142,6 +142,19 @@ impl Attempted {
         }
     }
 
+    /// How the view had better be divided, without what was found in these parts.
+    pub(crate) fn division_alone(self, parts: &Parts<'_>) -> Self {
+        Self {
+            kinks: self.kinks,
+            prefers_halves: self.prefers_halves,
+            depths: self.depths,
+            probed: self.probed,
+            stretch: self.stretch,
+            prefers_faces: self.prefers_faces,
+            ..Self::none(parts)
+        }
+    }
+
     /// Whether the view had better be divided in another way.
     pub(crate) fn divides(&self) -> bool {
         self.prefers_faces

@@ -88,11 +88,17 @@ impl Channel {
         })
     }
 
-    /// G = g · ds/dz · dE/du at a point.
-    pub(super) fn rate(&self, parts: &Parts<'_>, point: ProbePoint) -> f64 {
-        let [x, y] = point.place.map(unit);
-        let value = self.products[point.part].unscaled_values(&[[x, y, unit(point.depth)]])[0];
-        let density = parts.parts[point.part].chart.density([x, y]);
-        if density > 0.0 { value / density } else { 0.0 }
+    /// G = g · ds/dz · dE/du at points of one part.
+    pub(super) fn rates(&self, parts: &Parts<'_>, points: &[ProbePoint]) -> Vec<f64> {
+        let Some(ProbePoint { part, .. }) = points.first() else { return Vec::new() };
+        let place = |of: &ProbePoint| [unit(of.place[0]), unit(of.place[1]), unit(of.depth)];
+        let places: Vec<[f64; 3]> = points.iter().map(place).collect();
+        let chart = &*parts.parts[*part].chart;
+        let values = self.products[*part].unscaled_values(&places).into_iter().zip(&places);
+        let rate = |(value, [x, y, _]): (f64, &[f64; 3])| match chart.density([*x, *y]) {
+            0.0 => 0.0,
+            density => value / density,
+        };
+        values.map(rate).collect()
     }
 }

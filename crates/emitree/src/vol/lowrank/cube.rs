@@ -16,13 +16,14 @@ use crate::vol::lowrank::start::{CubeStart, Start};
 use crate::vol::sampling::{Stop, View};
 use crate::vol::spectrum::bins::Bins;
 use crate::vol::spectrum::cube_spectra::CubeSpectra;
+use crate::vol::spectrum::energies::Energies;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::part::Part;
 use std::sync::Arc;
 
 /// Whether products are searched for with these options.
 pub(crate) fn is_possible(vol: &VolOptions) -> bool {
-    vol.is_uniform() && vol.seeds.is_empty() && vol.sums.is_empty() && !vol.per_band
+    vol.is_uniform() && vol.seeds.is_empty() && vol.sums.is_empty()
 }
 
 /// The tolerance of the channel at the first energy.
@@ -41,7 +42,7 @@ pub(crate) async fn attempt_cube(
     let Some(channel) = Channel::of(of_first) else { return Ok(None) };
     let mut search = CubeSearch::new(view, axis, vec![channel]);
     match search.run(first).await {
-        Ok(Some(maps)) => Ok(Some(search.found(&maps, StopReason::Complete))),
+        Ok(Some(maps)) => Ok(Some(search.found(maps, StopReason::Complete))),
         Ok(None) | Err(Stop::Budget) => Ok(None),
         Err(Stop::Failed(error)) => Err(error),
     }
@@ -56,7 +57,7 @@ pub(crate) async fn cube_by_functions(
 ) -> Result<Option<FoundCube>, MethodError> {
     let mut search = CubeSearch::new(view, axis, Vec::new());
     match search.run_with(start).await {
-        Ok(Some((maps, ending))) => Ok(Some(search.found(&maps, ending))),
+        Ok(Some((maps, ending))) => Ok(Some(search.found(maps, ending))),
         Ok(None) | Err(Stop::Budget) => Ok(None),
         Err(Stop::Failed(error)) => Err(error),
     }
@@ -72,6 +73,8 @@ struct CubeSearch<'a> {
     channels: Vec<Channel>,
     /// The error that each channel is allowed, in units of the first one.
     share: f64,
+    /// The evaluations of the whole rendering after which the search ends.
+    most: u64,
 }
 
 impl<'a> CubeSearch<'a> {
@@ -88,9 +91,13 @@ impl<'a> CubeSearch<'a> {
         let bins = Bins::new(axis);
         let mut spectra = CubeSpectra::new(views, bins.clone(), &vol.line_energies, tolerance);
         for first in &channels {
-            spectra.add_points(points(parts, first, TUNING.spectra.first_probes).into_iter());
+            let points = points(parts, first, 0, TUNING.spectra.first_probes);
+            spectra.add_points(points.into_iter());
         }
-        Self { view, axis, bins, tolerance, spectra, channels, share: 1.0 }
+        let left = meter.evaluations_left() as f64;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 2⁶⁴")]
+        let most = meter.evaluations() + (TUNING.lowrank.most_budget_share * left) as u64;
+        Self { view, axis, bins, tolerance, spectra, channels, share: 1.0, most }
     }
 
     /// Adds energies until new samples agree with them. Returns values and errors of each bin if they are within the
@@ -101,6 +108,9 @@ impl<'a> CubeSearch<'a> {
         }
         for round in 0..TUNING.spectra.cube_rounds {
             let known = self.channels.len();
+            if self.is_too_expensive() {
+                return Ok(None);
+            }
             loop {
                 let largest = self.largest();
                 if !self.spectra.select(largest).await? {
@@ -114,6 +124,9 @@ impl<'a> CubeSearch<'a> {
             }
             if round > 0 && self.channels.len() == known {
                 // The energies explain the spectra: the products are wrong.
+                return Ok(None);
+            }
+            if self.is_too_expensive() {
                 return Ok(None);
             }
             if self.check(round).await? {
@@ -137,14 +150,34 @@ impl<'a> CubeSearch<'a> {
             }
             largest = self.largest();
         }
-        self.spectra.residuals(largest).await?;
-        if !self.check(0).await? {
-            self.spectra.residuals(largest).await?;
-        }
+        let agrees = match self.compare_spectra(largest).await {
+            Err(Stop::Budget) => return Ok(Some((self.maps(), StopReason::Budget))),
+            agrees => agrees?,
+        };
         let maps = self.maps();
         let error = maps.iter().map(|[_, error]| error.largest()).fold(0.0, f64::max);
-        let suffices = error <= self.tolerance * self.largest();
+        let suffices = agrees && error <= self.tolerance * self.largest();
         Ok(Some((maps, if suffices { StopReason::Complete } else { StopReason::FixedMesh })))
+    }
+
+    /// Samples spectra of this emission, and compares others with the functions. Returns whether what differs is in the
+    /// error that the energies of the start leave.
+    async fn compare_spectra(&mut self, largest: f64) -> Result<bool, Stop> {
+        self.spectra.residuals(largest).await?;
+        if self.check(0).await? {
+            return Ok(true);
+        }
+        self.spectra.residuals(largest).await?;
+        // Where the energies explain the new spectra, too, the functions are wrong.
+        let left = self.spectra.unexplained.iter().copied().fold(0.0, f64::max);
+        Ok(left > TUNING.spectra.energy_share * self.tolerance * largest)
+    }
+
+    /// Whether what is left of the budget or of the time is for trees.
+    fn is_too_expensive(&self) -> bool {
+        let meter = self.view.meter;
+        let share = TUNING.lowrank.most_budget_share;
+        meter.evaluations() > self.most || meter.share_of_time_left() < 1.0 - share
     }
 
     /// Whether samples on new lines agree with the products.
@@ -163,7 +196,11 @@ impl<'a> CubeSearch<'a> {
         start: Option<&Start>,
     ) -> Result<bool, Stop> {
         let Some(channel) = self.channel(number, largest, start).await? else { return Ok(false) };
-        let more = points(self.view.parts, &channel, TUNING.spectra.later_probes);
+        let most = match number {
+            0 => TUNING.spectra.first_probes,
+            _ => TUNING.spectra.later_probes,
+        };
+        let more = points(self.view.parts, &channel, number, most);
         self.spectra.add_points(more.into_iter());
         self.channels.push(channel);
         Ok(true)
@@ -194,7 +231,7 @@ impl<'a> CubeSearch<'a> {
     /// Values and errors of each bin, with channels that are searched for again where errors add up to more than the
     /// tolerance; `None` if they do to the end.
     async fn within_tolerance(&mut self) -> Result<Option<Vec<[Image; 2]>>, Stop> {
-        for _ in 0..=TUNING.spectra.tighter_channels {
+        for tighter in 0..=TUNING.spectra.tighter_channels {
             let maps = self.maps();
             let error = maps.iter().map(|[_, error]| error.largest()).fold(0.0, f64::max);
             let largest = self.largest();
@@ -202,7 +239,15 @@ impl<'a> CubeSearch<'a> {
             if error <= allowed {
                 return Ok(Some(maps));
             }
-            self.share *= TUNING.spectra.tighter_share * allowed / error;
+            // What the energies leave is the same for all channels.
+            let left = self.spectra.unexplained.iter().copied().fold(0.0, f64::max);
+            if tighter == TUNING.spectra.tighter_channels
+                || left >= allowed
+                || self.is_too_expensive()
+            {
+                break;
+            }
+            self.share *= TUNING.spectra.tighter_share * (allowed - left) / (error - left);
             for number in 0..self.channels.len() {
                 let Some(channel) = self.channel(number, largest, None).await? else {
                     return Ok(None);
@@ -213,15 +258,28 @@ impl<'a> CubeSearch<'a> {
         Ok(None)
     }
 
+    /// The weights of the channels that are known in each bin.
+    fn weights(&self) -> Vec<Vec<f64>> {
+        let selected = self.spectra.energies.selected.iter().take(self.channels.len());
+        Energies { selected: selected.cloned().collect() }.nodal_weights()
+    }
+
     /// The largest voxel.
     fn largest(&self) -> f64 {
-        self.maps().iter().map(|[image, _]| image.largest()).fold(0.0, f64::max)
+        let [height, width] = [self.channels[0].image.height(), self.channels[0].image.width()];
+        let of_bin = |weights: &Vec<f64>| {
+            let mut image = Image::zeros(height, width);
+            let both = self.channels.iter().zip(weights);
+            both.for_each(|(channel, weight)| image.add_scaled(&channel.image, *weight));
+            image.largest()
+        };
+        self.weights().iter().map(of_bin).fold(0.0, f64::max)
     }
 
     /// The values of each bin with their errors.
     fn maps(&self) -> Vec<[Image; 2]> {
         let [height, width] = [self.channels[0].image.height(), self.channels[0].image.width()];
-        let nodal = self.spectra.energies.nodal_weights();
+        let nodal = self.weights();
         let of_bin = |(weights, unexplained): (&Vec<f64>, &f64)| {
             let mut image = Image::zeros(height, width);
             let mut error = Image::from_pixels(height, width, vec![*unexplained; height * width]);
@@ -235,16 +293,16 @@ impl<'a> CubeSearch<'a> {
     }
 
     /// The output of these values and errors.
-    fn found(&self, maps: &[[Image; 2]], ending: StopReason) -> FoundCube {
+    fn found(&self, maps: Vec<[Image; 2]>, ending: StopReason) -> FoundCube {
         let CubeView { meter, parts, vol, .. } = *self.view;
-        let [cube, error] = [0, 1].map(|which| {
-            let map = |maps: &[Image; 2]| {
-                let mut map = maps[which].clone();
+        let bands = maps.into_iter().map(|mut maps| {
+            for map in &mut maps {
                 parts.outside.iter().for_each(|&pixel| map.pixels_mut()[pixel] = f64::NAN);
-                map
-            };
-            Cube::from_bands(maps.iter().map(map).collect())
+            }
+            maps.into()
         });
+        let (images, errors): (Vec<Image>, Vec<Image>) = bands.unzip();
+        let [cube, error] = [images, errors].map(Cube::from_bands);
         if meter.keeps_images() {
             meter.show([cube.clone(), error.clone()]);
         }

@@ -99,6 +99,11 @@ impl Interpolant {
         missing
     }
 
+    /// Whether G is known at all triples of pivots.
+    pub(super) fn is_filled(&self) -> bool {
+        self.filled == self.ranks()
+    }
+
     fn has(&self, at: [usize; 3]) -> bool {
         at.iter().zip(self.filled).all(|(&at, rank)| at < rank)
     }

@@ -206,7 +206,7 @@ pub(crate) async fn attempt(
         let mut is_spare = false;
         let found = match attempt.run().await {
             Ok(found) => Some(found),
-            // If there is a time limit, the image is kept in case that lines give none before.
+            // The other parts do not matter: all have products, or the image serves for nothing.
             Err(End::NotSeparable) if of.has_final_division => return Ok(attempted),
             Err(End::NotSeparable) => {
                 attempted.kinks = attempt.kinks(parts).await?;
@@ -214,10 +214,15 @@ pub(crate) async fn attempt(
                 if !attempted.kinks.is_empty() || attempted.prefers_halves {
                     return Ok(attempted);
                 }
+                // If there is a time limit, the image is kept in case that lines give none before.
                 is_spare = is_only && meter.deadline().is_some();
                 is_spare.then(|| attempt.unfinished())
             }
-            Err(End::Stopped(Stop::Budget)) if is_only => Some(attempt.unfinished()),
+            Err(End::Stopped(Stop::Budget))
+                if is_only && attempt.search.interpolant.is_filled() =>
+            {
+                Some(attempt.unfinished())
+            }
             Err(End::Stopped(Stop::Budget)) => None,
             Err(End::Stopped(Stop::Failed(error))) => return Err(error),
         };
@@ -248,7 +253,12 @@ pub(crate) async fn attempt(
 
 /// Returns an error if the budget does not suffice for the points of a fixed mesh and the first probes.
 pub(crate) fn check_budget(start: &Start, allowed: u64) -> Result<(), MethodError> {
-    let needed = start.points(TUNING.lowrank.first_probes) as u64;
+    // The first channel of a cube takes all of its probes before the next one has any.
+    let probes = match start.cube {
+        None => TUNING.lowrank.first_probes,
+        Some(_) => points_of_view(0.0, 1.0),
+    };
+    let needed = start.points(probes) as u64;
     if needed <= allowed {
         return Ok(());
     }

@@ -17,6 +17,9 @@ const FIRST_CHECK: usize = 1 << 27;
 /// Lines among which those of spectra are chosen, for each of these.
 const CANDIDATES: usize = 4;
 
+/// The lines that are left for each channel.
+const LINES_OF_CHANNEL: usize = 1 << 10;
+
 /// A point on a line of sight.
 #[derive(Clone, Copy, Debug)]
 struct LinePoint {
@@ -37,15 +40,22 @@ enum Depth {
 
 /// At most so many points at which spectra are sampled, with their paths: in turn at the brightest depth of a line
 /// and at any one. A third of them are on the brightest lines of a channel, the others on all and on any lines.
-pub(super) fn points(parts: &Parts<'_>, channel: &Channel, most: usize) -> Vec<(ProbePoint, f64)> {
+/// Each number of a channel has other lines.
+pub(super) fn points(
+    parts: &Parts<'_>,
+    channel: &Channel,
+    number: usize,
+    most: usize,
+) -> Vec<(ProbePoint, f64)> {
     let of_part = (CANDIDATES * most).div_ceil(parts.parts.len());
+    let first = LINES_OF_CHANNEL * number;
     let mut lines: Vec<(f64, usize, usize)> = Vec::new();
     for part in 0..parts.parts.len() {
         let brightness = |number: usize| {
             let of = line_point(parts, channel, part, number, Depth::Brightest)?;
             Some((of.brightness, part, number))
         };
-        lines.par_extend((0..of_part).into_par_iter().filter_map(brightness));
+        lines.par_extend((first..first + of_part).into_par_iter().filter_map(brightness));
     }
     lines.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
     let of_brightest = TUNING.spectra.dim_share * lines.first().map_or(0.0, |line| line.0);
@@ -90,7 +100,7 @@ pub(super) fn checks(
         let depth = if number.is_multiple_of(2) { Depth::Brightest } else { Depth::Any };
         let of = line_point(parts, channel, part, number, depth)?;
         let rates: Vec<f64> =
-            channels.iter().map(|channel| channel.rate(parts, of.point)).collect();
+            channels.iter().flat_map(|channel| channel.rates(parts, &[of.point])).collect();
         let check = move |energy: u32| SpotCheck {
             point: of.point,
             energy,
@@ -126,8 +136,8 @@ fn line_point(
     let depths = (0..DEPTHS).map(|k| from_unit((k as f64 + 0.5) / DEPTHS as f64));
     let depths: Vec<u32> = depths.filter(|depth| is_good(*depth)).collect();
     let point = |depth: u32| ProbePoint { part, place: [x, y], depth };
-    let sizes: Vec<f64> =
-        depths.iter().map(|depth| channel.rate(parts, point(*depth)).abs()).collect();
+    let points: Vec<ProbePoint> = depths.iter().map(|depth| point(*depth)).collect();
+    let sizes: Vec<f64> = channel.rates(parts, &points).into_iter().map(f64::abs).collect();
     let mean = sizes.iter().sum::<f64>() / DEPTHS as f64;
     let brightest = (0..sizes.len()).max_by(|a, b| sizes[*a].total_cmp(&sizes[*b]).then(b.cmp(a)));
     let chosen = match depth {
@@ -137,7 +147,7 @@ fn line_point(
     if !is_good(chosen) {
         return None;
     }
-    let path = mean / channel.rate(parts, point(chosen)).abs();
+    let path = mean / channel.rates(parts, &[point(chosen)])[0].abs();
     let path = if path > 0.0 { path.min(1.0) } else { 1.0 };
     let effect = effect(of, xy);
     Some(LinePoint { point: point(chosen), path: path * effect, brightness: mean * effect })

@@ -85,11 +85,10 @@ impl Start {
         self.functions.iter().any(Option::is_some) || self.cube.is_some()
     }
 
-    /// The number of triples of pivots of all parts, with the first probes of each, and of the depths of
+    /// The number of triples of pivots of all parts, with so many probes of each, and of the depths of
     /// trees.
-    pub(super) fn points(&self, first_probes: usize) -> usize {
-        let of_part =
-            |Functions(of): &Functions| of.ranks().iter().product::<usize>() + first_probes;
+    pub(super) fn points(&self, probes: usize) -> usize {
+        let of_part = |Functions(of): &Functions| of.ranks().iter().product::<usize>() + probes;
         let of_cube = self.cube.iter().flat_map(|cube| cube.functions.iter().flatten());
         let functions = self.functions.iter().chain(of_cube).flatten();
         let of_functions: usize = functions.map(of_part).sum();

@@ -225,8 +225,11 @@ fn attempted(
     let tile = |number| Tile { projection: &Canonical, shape: [16, 16], place: (number, tiles) };
     let tiles: Vec<Tile<'_>> = (0..tiles).map(tile).collect();
     let parts = parts(&tiles, None, None);
-    let attempted =
-        answered(&meter, |at, _| rate(at), attempt(&meter, &tiles, &parts, vol, None, Vec::new()));
+    let attempted = answered(
+        &meter,
+        |at, _| rate(at),
+        attempt(&meter, &tiles, &parts, vol, None, Vec::new(), ImageOf::default()),
+    );
     (attempted.unwrap_or_else(|_| Attempted::none(&parts)), meter.evaluations())
 }
 
@@ -342,7 +345,11 @@ fn a_feature_size_of_0_is_refused() {
     let vol = VolOptions { smallest_feature, ..VolOptions::default() };
     let parts = parts(&tiles, None, None);
     assert!(
-        answered(&meter, |_, _| 1.0, attempt(&meter, &tiles, &parts, &vol, None, Vec::new()))
-            .is_err()
+        answered(
+            &meter,
+            |_, _| 1.0,
+            attempt(&meter, &tiles, &parts, &vol, None, Vec::new(), ImageOf::default())
+        )
+        .is_err()
     );
 }

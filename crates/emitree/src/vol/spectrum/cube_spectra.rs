@@ -2,7 +2,7 @@
 
 use crate::vol::sampling::{Stop, View};
 use crate::vol::spectrum::bins::Bins;
-use crate::vol::spectrum::energies::{Energies, ResidualSpectrum, unexplained};
+use crate::vol::spectrum::energies::{Energies, ResidualSpectrum, expected};
 use crate::vol::spectrum::probes::{ProbePoint, SpectralProbes, SpotCheck};
 use crate::vol::spectrum::selection::SelectionLimits;
 use crate::vol::tuning::TUNING;
@@ -61,8 +61,7 @@ impl<'a> CubeSpectra<'a> {
     pub(crate) async fn residuals(&mut self, largest: f64) -> Result<Vec<ResidualSpectrum>, Stop> {
         self.probes.sample(&self.views, self.allowed(largest)).await?;
         let residuals = self.energies.residuals(&self.probes);
-        let left = unexplained(&residuals, &self.probes.bins);
-        self.unexplained = left.iter().map(|left| TUNING.spectra.unsampled_margin * left).collect();
+        self.unexplained = expected(&residuals, &self.probes.bins);
         Ok(residuals)
     }
 
@@ -77,6 +76,7 @@ impl<'a> CubeSpectra<'a> {
         self.energies
             .select_until_explained(&mut self.probes, &mut residuals, &self.views, &limits)
             .await?;
+        self.unexplained = expected(&residuals, &self.probes.bins);
         if self.energies.len() == known {
             return Ok(false);
         }

@@ -196,6 +196,12 @@ impl Energies {
     }
 }
 
+/// The error of a voxel that is expected in each bin from the `residuals` of all sampled spectra.
+pub(crate) fn expected(residuals: &[ResidualSpectrum], bins: &Bins<'_>) -> Vec<f64> {
+    let left = unexplained(residuals, bins);
+    left.into_iter().map(|left| TUNING.spectra.unsampled_margin * left).collect()
+}
+
 /// |G| per unit of energy at a place.
 fn size_at(spectrum: &Spectrum, bins: &Bins<'_>, place: u32) -> f64 {
     spectrum.rate(place).abs() / bins.density(unit(place))

@@ -15,7 +15,7 @@ fn axis() -> EnergyAxis {
 #[test]
 fn the_initial_sampling_at_energies_has_64_points_at_five_and_named_ones() {
     let (axis, meter) = (axis(), meter(0));
-    let Parts { parts, .. } = whole_view(1);
+    let parts = whole_view(1).parts;
     let cost = |vol: &VolOptions| EnergySearch::new(&meter, &TILES, &parts, &axis, vol).cost();
     assert_eq!(cost(default_options()), 64 * 5);
     // One of them is on the lattice.
