@@ -99,7 +99,7 @@ def test_a_brightness_that_decays_is_its_mean():
     exact = still.image * (np.exp(-1) - np.exp(-3)) / 2
     assert error(found.image, exact) < 1e-4
     # The time is a factor: the image of one time is that of all others.
-    assert (found.report["energies"], found.evaluations) == (1, 10348)
+    assert (found.report["energies"], found.evaluations) == (1, 3325)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
