@@ -164,7 +164,7 @@ async fn to_tolerance(
             Some(axis) => {
                 let view = CubeView { meter, tiles, parts: &parts, vol };
                 let first = first.as_ref();
-                let first = first.filter(|first| first.is_bright && first.hits.is_empty());
+                let first = first.filter(|first| first.is_of_lattice && first.hits.is_empty());
                 cube::of_products(&view, axis, first, of_probes, start).await?
             }
         };

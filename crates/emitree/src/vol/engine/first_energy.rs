@@ -35,8 +35,8 @@ pub(crate) struct FirstEnergy {
     /// A place of the axis.
     pub(crate) place: u32,
     pub(crate) hits: Vec<Hit>,
-    /// Whether some point is bright there; otherwise it is the middle of the axis.
-    pub(crate) is_bright: bool,
+    /// Whether it is one of the lattice of energies: otherwise spectra are narrow or dark.
+    pub(crate) is_of_lattice: bool,
     /// The evaluations that it took.
     pub(super) evaluations: u64,
 }
@@ -51,11 +51,11 @@ pub(crate) struct Hit {
 
 impl FirstEnergy {
     fn without_hits(place: u32) -> Self {
-        Self { place, hits: Vec::new(), is_bright: true, evaluations: 0 }
+        Self { place, hits: Vec::new(), is_of_lattice: true, evaluations: 0 }
     }
 
     fn middle() -> Self {
-        Self { is_bright: false, ..Self::without_hits(STEPS / 2) }
+        Self { is_of_lattice: false, ..Self::without_hits(STEPS / 2) }
     }
 }
 
@@ -175,7 +175,7 @@ impl<'a> EnergySearch<'a> {
         };
         let sampled: Vec<_> = points.iter().enumerate().flat_map(shifted).collect();
         if let Some((_, place)) = self.brightest_of(&sampled).await? {
-            return Ok(FirstEnergy::without_hits(place));
+            return Ok(FirstEnergy { is_of_lattice: false, ..FirstEnergy::without_hits(place) });
         }
         self.first_of_dark(base).await
     }

@@ -21,6 +21,9 @@ use crate::vol::tuning::TUNING;
 use crate::vol::view::part::Part;
 use std::sync::Arc;
 
+/// The evaluations that spectra and their checks may take.
+const MOST_OF_SPECTRA: u64 = 8000;
+
 /// Whether products are searched for with these options.
 pub(crate) fn is_possible(vol: &VolOptions) -> bool {
     vol.is_uniform() && vol.seeds.is_empty() && vol.sums.is_empty()
@@ -95,8 +98,11 @@ impl<'a> CubeSearch<'a> {
             spectra.add_points(points.into_iter());
         }
         let left = meter.evaluations_left() as f64;
+        let so_far = meter.evaluations();
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 2⁶⁴")]
-        let most = meter.evaluations() + (TUNING.lowrank.most_budget_share * left) as u64;
+        let most = (TUNING.lowrank.most_budget_share * left) as u64;
+        // Usually a few energies explain all spectra: where many more are needed, trees need fewer evaluations.
+        let most = so_far + most.min(TUNING.spectra.most_channels * so_far + MOST_OF_SPECTRA);
         Self { view, axis, bins, tolerance, spectra, channels, share: 1.0, most }
     }
 
@@ -117,7 +123,7 @@ impl<'a> CubeSearch<'a> {
                     break;
                 }
                 for number in self.channels.len()..self.spectra.energies.len() {
-                    if !self.add_channel(number, largest, None).await? {
+                    if self.is_too_expensive() || !self.add_channel(number, largest, None).await? {
                         return Ok(None);
                     }
                 }

@@ -100,6 +100,9 @@ group! {
         /// The error of products at one energy, as a share of T: those of several energies add up in a
         /// bin.
         channel_share: f64 = 0.5, 0.25..=0.75;
+        /// The most evaluations of all further channels of a cube of products, in terms of those up to
+        /// the first one. Larger values serve more kinds of spectra, and are lost where they do not.
+        most_channels: u64 = 8, 4..=16;
         /// How often products are searched for again to a smaller error, if the errors of all energies
         /// add up to more than T.
         tighter_channels: usize = 2, 1..=3;
