@@ -16,7 +16,9 @@ use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::VolOptions;
 use crate::vol::engine::first_energy::{EnergySearch, FirstEnergy};
-use crate::vol::engine::{COARSEST_LEVEL, Trees, affordable_base_level, base_evaluations_of};
+use crate::vol::engine::{
+    BeforeTrees, COARSEST_LEVEL, Trees, affordable_base_level, base_evaluations_of,
+};
 use crate::vol::error_weights::ErrorWeights;
 use crate::vol::lowrank::attempted::Attempted;
 use crate::vol::lowrank::channel::CubeView;
@@ -31,7 +33,6 @@ use crate::vol::view::edges::{cost_of_edges, find_edges};
 use crate::vol::view::faces::reaches_faces_at;
 use crate::vol::view::part::{Part, Parts, SeenCharts, atlas, atlas_of_box, layered_parts, parts};
 use crate::vol::view::scattered::KnownParts;
-use crate::vol::view::tree_start::TreeStart;
 use std::sync::Arc;
 
 /// Renders an image, or a cube in the bins of `axis`, to the tolerance of `vol`.
@@ -85,7 +86,8 @@ async fn coarsest(
     meter.allow_overtime(if has_gaps { MOST_FOR_A_POINT * needed } else { needed });
     let vol = &VolOptions { base_level: COARSEST_LEVEL, smallest_feature: None, ..vol.clone() };
     let known = KnownParts::none(parts.parts.len());
-    let trees = Trees::begin(meter, tiles, &parts, axis, vol, known, None, None).await?;
+    let trees =
+        Trees::begin(meter, tiles, &parts, axis, vol, known, BeforeTrees::default()).await?;
     let mut made = trees.finish().await?;
     made.ending = StopReason::Budget;
     let largest = made.cube.largest();
@@ -231,7 +233,8 @@ async fn to_tolerance(
         let functions = core::mem::take(&mut attempted.functions);
         let cube = attempted.cube_start.take();
         let trees = start.and_then(|start| start.trees.as_deref());
-        let mut made = finish(meter, tiles, &parts, axis, vol, attempted, trees, first).await?;
+        let before = BeforeTrees { start: trees, first, is_searched: false };
+        let mut made = finish(meter, tiles, &parts, axis, vol, attempted, before).await?;
         made.stretch = division.stretch;
         if let Some(frozen) = made.frozen.as_mut().and_then(Arc::get_mut) {
             let trees = frozen.structure.take().and_then(|of| of.of_method().map(Arc::clone));
@@ -344,15 +347,14 @@ async fn finish(
     axis: Option<&EnergyAxis>,
     vol: &VolOptions,
     mut attempted: Attempted,
-    trees: Option<&TreeStart>,
-    first: Option<FirstEnergy>,
+    mut before: BeforeTrees<'_>,
 ) -> Result<MethodOutput, MethodError> {
     let products = match attempted.found.take() {
         Some(products) if is_complete(&products) => return Ok(products),
         products => products,
     };
     // Where there are trees to begin with, no surfaces were found before.
-    if trees.is_none()
+    if before.start.is_none()
         && axis.is_none()
         && (attempted.has_jump
             || surfaces::look_beside_few(meter, tiles, parts, vol, &attempted.known).await?)
@@ -362,8 +364,9 @@ async fn finish(
         return Ok(found);
     }
     // The search for products has shown whether G jumps at the first energy.
-    let is_searched = attempted.of_first.is_some();
-    if let (Some(axis), Some(first), Some(samples)) = (axis, &first, attempted.of_first.take())
+    before.is_searched = attempted.of_first.is_some();
+    if let (Some(axis), Some(first), Some(samples)) =
+        (axis, &before.first, attempted.of_first.take())
         && attempted.has_jump
     {
         let (brightness, hits) = (Vec::new(), Vec::new());
@@ -373,8 +376,7 @@ async fn finish(
         }
     }
     let known = attempted.known;
-    let tree =
-        by_tree_or_surfaces(meter, tiles, parts, axis, vol, known, trees, first, is_searched);
+    let tree = by_tree_or_surfaces(meter, tiles, parts, axis, vol, known, before);
     match (products, tree.await) {
         // The time limit was reached before lines gave an image. Products that have found nothing yet are none.
         (Some(products), Err(RenderError::Time { .. })) if products.cube.largest() > 0.0 => {
@@ -399,10 +401,9 @@ async fn by_tree_or_surfaces(
     axis: Option<&EnergyAxis>,
     vol: &VolOptions,
     known: KnownParts,
-    start: Option<&TreeStart>,
-    first: Option<FirstEnergy>,
-    is_searched: bool,
+    before: BeforeTrees<'_>,
 ) -> Result<MethodOutput, MethodError> {
+    let (start, is_searched) = (before.start, before.is_searched);
     let (mut known, mut is_tried) = (known, false);
     if axis.is_none() && start.is_none() && parts.parts.iter().any(Part::is_tile_of_several) {
         (is_tried, known) = surfaces::look(meter, tiles, parts, vol).await?;
@@ -412,7 +413,7 @@ async fn by_tree_or_surfaces(
             return Ok(found);
         }
     }
-    let mut trees = Trees::begin(meter, tiles, parts, axis, vol, known, start, first).await?;
+    let mut trees = Trees::begin(meter, tiles, parts, axis, vol, known, before).await?;
     if let (Some(axis), Some(energy)) = (axis, trees.energy_of_jumps().filter(|_| !is_searched)) {
         let before = meter.evaluations();
         let (brightness, hits) = (trees.brightness(), trees.first_hits());

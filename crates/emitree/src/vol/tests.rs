@@ -9,7 +9,7 @@ use crate::projection::Canonical;
 use crate::tile::Tile;
 use crate::vol::VolOptions;
 use crate::vol::choose::render;
-use crate::vol::engine::Trees;
+use crate::vol::engine::{BeforeTrees, Trees};
 use crate::vol::view::part::parts;
 use crate::vol::view::scattered::KnownParts;
 use core::f64::consts::TAU;
@@ -35,7 +35,7 @@ fn costs(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> [u64; 2] {
     let parts = parts(&tiles, None, None);
     let tree = async {
         let known = KnownParts::none(1);
-        Trees::begin(&meters[1], &tiles, &parts, None, &vol, known, None, None)
+        Trees::begin(&meters[1], &tiles, &parts, None, &vol, known, BeforeTrees::default())
             .await?
             .finish()
             .await

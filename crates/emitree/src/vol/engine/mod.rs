@@ -46,6 +46,17 @@ const FINEST_LEVEL: u8 = 22;
 /// The base level of the smallest possible sampling: 3 x 3 lines in 3 depths.
 pub(crate) const COARSEST_LEVEL: u8 = 1;
 
+/// What is known before trees begin.
+#[derive(Default)]
+pub(crate) struct BeforeTrees<'a> {
+    /// Those of another emission.
+    pub(crate) start: Option<&'a TreeStart>,
+    /// The first energy of a cube.
+    pub(crate) first: Option<FirstEnergy>,
+    /// Whether products were searched for there, which has shown whether G jumps.
+    pub(crate) is_searched: bool,
+}
+
 /// Image trees that have begun, of a view without other images than those of products.
 pub(crate) struct Trees<'a> {
     engine: Engine<'a>,
@@ -53,8 +64,8 @@ pub(crate) struct Trees<'a> {
 }
 
 impl<'a> Trees<'a> {
-    /// The base lattice sampled at the first energy, unless the trees begin with those of `start`; `known` is what products
-    /// have found, and `first` that energy, if it is known.
+    /// The base lattice sampled at the first energy, unless the trees begin with those of another emission; `known` is what
+    /// products have found.
     pub(crate) async fn begin(
         meter: &'a Meter,
         tiles: &'a [Tile<'a>],
@@ -62,9 +73,9 @@ impl<'a> Trees<'a> {
         axis: Option<&'a EnergyAxis>,
         vol: &'a VolOptions,
         known: KnownParts,
-        start: Option<&'a TreeStart>,
-        first: Option<FirstEnergy>,
+        before: BeforeTrees<'a>,
     ) -> Result<Self, MethodError> {
+        let BeforeTrees { start, first, .. } = before;
         let parts = &view.parts[..];
         let is_fixed = meter.start().is_some_and(|start| start.is_fixed);
         let start = start.filter(|start| start.is_of(&known.products));

@@ -186,7 +186,10 @@ fn made(
     let parts = whole_view(1);
     let tree = async {
         let known = KnownParts::none(1);
-        Trees::begin(&meter, &TILES, &parts, None, vol, known, None, None).await?.finish().await
+        Trees::begin(&meter, &TILES, &parts, None, vol, known, BeforeTrees::default())
+            .await?
+            .finish()
+            .await
     };
     (answered(&meter, rate, tree), meter.evaluations())
 }

@@ -7,7 +7,7 @@ use crate::exchange::drive;
 use crate::meter::{Deadline, Limits, Meter};
 use crate::projection::Canonical;
 use crate::tile::Tile;
-use crate::vol::engine::Trees;
+use crate::vol::engine::{BeforeTrees, Trees};
 use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::view::part::parts;
 use crate::vol::view::scattered::KnownParts;
@@ -47,7 +47,10 @@ pub(super) fn evaluations_of_tree(
     let parts = parts(&tiles, None, None);
     let tree = async {
         let known = KnownParts::none(1);
-        Trees::begin(&meter, &tiles, &parts, None, &vol, known, None, None).await?.finish().await
+        Trees::begin(&meter, &tiles, &parts, None, &vol, known, BeforeTrees::default())
+            .await?
+            .finish()
+            .await
     };
     let mut tree = pin!(tree);
     let calls = Calls::new(&emission, &meter, None);
