@@ -255,7 +255,6 @@ fn spectral_clouds(second: f64, index: f64) -> impl Fn([f64; 3], f64) -> f64 {
 
 /// A cube of products has the functions of all its energies for another emission. Where these do not suffice, that is said.
 #[test]
-#[expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 fn a_cube_begins_with_the_products_of_another_one() {
     let axis = EnergyAxis::new(0.5, 2.0, 8, EnergyScale::Log).unwrap();
     let cube = |rate: &(dyn Fn([f64; 3], f64) -> f64 + Sync), options: &RenderOptions<'_>| {
