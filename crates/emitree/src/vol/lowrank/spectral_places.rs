@@ -49,14 +49,15 @@ pub(super) fn points(
 ) -> Vec<(ProbePoint, f64)> {
     let of_part = (CANDIDATES * most).div_ceil(parts.parts.len());
     let first = LINES_OF_CHANNEL * number;
-    let mut lines: Vec<(f64, usize, usize)> = Vec::new();
-    for part in 0..parts.parts.len() {
-        let brightness = |number: usize| {
-            let of = line_point(parts, channel, part, number, Depth::Brightest)?;
-            Some((of.brightness, part, number))
-        };
-        lines.par_extend((first..first + of_part).into_par_iter().filter_map(brightness));
-    }
+    let of_parts = 0..parts.parts.len();
+    let numbers: Vec<(usize, usize)> = of_parts
+        .flat_map(|part| (first..first + of_part).map(move |number| (part, number)))
+        .collect();
+    let brightness = |&(part, number): &(usize, usize)| {
+        let of = line_point(parts, channel, part, number, Depth::Brightest)?;
+        Some((of.brightness, part, number))
+    };
+    let mut lines: Vec<(f64, usize, usize)> = numbers.par_iter().filter_map(brightness).collect();
     lines.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
     let of_brightest = TUNING.spectra.dim_share * lines.first().map_or(0.0, |line| line.0);
     let not_dim = lines.partition_point(|line| line.0 > of_brightest);
@@ -108,9 +109,9 @@ pub(super) fn checks(
             weight: 1.0,
             expected: energies.explained(rates.iter().copied(), energy),
         };
-        Some(energies_of_line(number - FIRST_CHECK).map(check).collect::<Vec<_>>())
+        Some(energies_of_line(number - FIRST_CHECK).map(check))
     };
-    lines.par_iter().filter_map(of_line).flatten_iter().collect()
+    lines.par_iter().flat_map_iter(|line| of_line(line).into_iter().flatten()).collect()
 }
 
 /// A point on the line of a scattered point of a part, if it is in view and not in an opaque body.
