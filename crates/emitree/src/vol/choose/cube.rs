@@ -40,7 +40,7 @@ pub(super) async fn of_products(
         energy: first.place,
         tolerance: lowrank::cube::first_tolerance(view.vol),
         least_largest: 0.0,
-        has_final_division: false,
+        is_further: false,
     };
     let mut attempted = view.attempt(&Bins::new(axis), target, None, probed).await?;
     if attempted.divides() {

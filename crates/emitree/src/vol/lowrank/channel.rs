@@ -34,8 +34,8 @@ pub(crate) struct ChannelTarget {
     /// The tolerance, relative to the largest |pixel| or to `least_largest`.
     pub(crate) tolerance: f64,
     pub(crate) least_largest: f64,
-    /// Whether the view is divided as it has to be.
-    pub(crate) has_final_division: bool,
+    /// Whether it is not the first one: the view is divided as it has to be.
+    pub(crate) is_further: bool,
 }
 
 impl CubeView<'_> {
@@ -47,11 +47,11 @@ impl CubeView<'_> {
         start: Option<&Start>,
         probed: Vec<Probed>,
     ) -> Result<Attempted, MethodError> {
-        let ChannelTarget { energy, tolerance, least_largest, has_final_division } = target;
+        let ChannelTarget { energy, tolerance, least_largest, is_further } = target;
         let Self { meter, tiles, parts, .. } = *self;
         let vol = VolOptions { tolerance, lines: None, ..self.vol.clone() };
         let energies = [(bins.sample_at(energy), 1.0)];
-        let of = ImageOf { energies: &energies, least_largest, has_final_division };
+        let of = ImageOf { energies: &energies, least_largest, is_further };
         attempt(meter, tiles, parts, &vol, start, probed, of).await
     }
 }

@@ -117,11 +117,7 @@ impl<'a> CubeSearch<'a> {
             if self.is_too_expensive() {
                 return Ok(None);
             }
-            loop {
-                let largest = self.largest();
-                if !self.spectra.select(largest).await? {
-                    break;
-                }
+            while let Some(largest) = self.spectra.select_further(self.largest()).await? {
                 for number in self.channels.len()..self.spectra.energies.len() {
                     if self.is_too_expensive() || !self.add_channel(number, largest, None).await? {
                         return Ok(None);
@@ -227,7 +223,7 @@ impl<'a> CubeSearch<'a> {
             energy: energies.selected[number].place,
             tolerance: self.share * TUNING.spectra.channel_share * self.tolerance,
             least_largest: largest / in_bins,
-            has_final_division: true,
+            is_further: true,
         };
         let found = self.view.attempt(&self.bins, target, start, Vec::new()).await;
         let found = Channel::of(found.map_err(Stop::Failed)?);

@@ -81,8 +81,8 @@ pub(crate) struct ImageOf<'a> {
     pub(crate) energies: &'a [(EnergySample, f64)],
     /// The |pixel| to which the tolerance is relative, unless another one is larger.
     pub(crate) least_largest: f64,
-    /// Whether the view is divided as it has to be.
-    pub(crate) has_final_division: bool,
+    /// Whether G at another energy has products: the view is divided as it has to be.
+    pub(crate) is_further: bool,
 }
 
 /// Computes the image of each part of the view to the tolerance of `vol` from an interpolant of G, if
@@ -133,6 +133,7 @@ pub(crate) async fn attempt(
                         ..WeightedView::new(meter, part, tiles.len())
                     },
                     vol.is_uniform().then_some(vol.tolerance),
+                    of.is_further,
                 ),
                 start: start.and_then(|start| start.functions[number].clone()),
                 part,
@@ -176,7 +177,7 @@ pub(crate) async fn attempt(
             Err(Stop::Failed(error)) => return Err(error),
         }
     }
-    let may_divide = start.is_none() && !of.has_final_division;
+    let may_divide = start.is_none() && !of.is_further;
     if parts.has_box && may_divide {
         let probed = attempts.iter().flat_map(|(_, attempt)| attempt.search.probed());
         let rates = probed.map(|([_, _, z], rate)| (z, rate));
@@ -207,7 +208,7 @@ pub(crate) async fn attempt(
         let found = match attempt.run().await {
             Ok(found) => Some(found),
             // The other parts do not matter: all have products, or the image serves for nothing.
-            Err(End::NotSeparable) if of.has_final_division => return Ok(attempted),
+            Err(End::NotSeparable) if of.is_further => return Ok(attempted),
             Err(End::NotSeparable) => {
                 attempted.kinks = attempt.kinks(parts).await?;
                 attempted.prefers_halves = attempt.prefers_halves(parts);

@@ -102,8 +102,9 @@ impl From<Stop> for End {
 }
 
 impl<'a> Search<'a> {
-    /// A search to a tolerance of the largest pixel; `None` if each pixel has a tolerance of its own.
-    pub(super) fn new(view: WeightedView<'a>, tolerance: Option<f64>) -> Self {
+    /// A search to a tolerance of the largest pixel; `None` if each pixel has a tolerance of its own. `is_further` says
+    /// whether G at another energy has products.
+    pub(super) fn new(view: WeightedView<'a>, tolerance: Option<f64>, is_further: bool) -> Self {
         let finest_level = match tolerance {
             Some(from) if from >= TUNING.lowrank.moderate_tolerance => {
                 TUNING.lowrank.finest_fiber_level_if_moderate
@@ -111,8 +112,11 @@ impl<'a> Search<'a> {
             // In dark pixels, fibers may have to be as fine as for small tolerances.
             _ => TUNING.lowrank.finest_fiber_level,
         };
-        let left_at_finest_level =
-            if tolerance.is_some() { 1.0 } else { TUNING.lowrank.left_at_finest_level };
+        let left_at_finest_level = if tolerance.is_some() && !is_further {
+            1.0
+        } else {
+            TUNING.lowrank.left_at_finest_level
+        };
         let interpolant = Interpolant::new(TUNING.lowrank.first_fiber_level, None);
         Self {
             view,

@@ -30,7 +30,7 @@ fn step([x, y, z]: [f64; 3]) -> f64 {
 }
 
 fn search<'a>(meter: &'a Meter, part: &'a Part<'a>) -> Search<'a> {
-    Search::new(WeightedView::new(meter, part, 1), Some(0.01))
+    Search::new(WeightedView::new(meter, part, 1), Some(0.01), false)
 }
 
 /// The largest |rate − interpolant| at points that the search has not sampled.

@@ -65,9 +65,21 @@ impl<'a> CubeSpectra<'a> {
         Ok(residuals)
     }
 
+    /// Selects further energies, until all spectra are explained in a cube whose largest voxel so far is `of_image`. Returns
+    /// the largest voxel that was expected with them; `None` if there are none.
+    pub(crate) async fn select_further(&mut self, of_image: f64) -> Result<Option<f64>, Stop> {
+        // The energies so far may be dim: in the whole cube most of what they leave is within the tolerance.
+        self.probes.sample(&self.views, f64::INFINITY).await?;
+        let of_spectra = TUNING.spectra.largest_share * self.probes.largest();
+        if of_spectra > of_image && self.select(of_spectra).await? {
+            return Ok(Some(of_spectra));
+        }
+        Ok(self.select(of_image).await?.then_some(of_image))
+    }
+
     /// Selects further energies, until all spectra are explained in a cube with this largest voxel. Returns whether there
     /// are any.
-    pub(crate) async fn select(&mut self, largest: f64) -> Result<bool, Stop> {
+    async fn select(&mut self, largest: f64) -> Result<bool, Stop> {
         let known = self.energies.len();
         let allowed = self.allowed(largest);
         let mut residuals = self.residuals(largest).await?;

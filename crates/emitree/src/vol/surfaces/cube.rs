@@ -108,9 +108,9 @@ impl<'a> CubeSearch<'a> {
         }
         for round in 0..TUNING.spectra.cube_rounds {
             let known = self.channels.len();
-            while self.spectra.select(self.largest()).await? {
+            while let Some(largest) = self.spectra.select_further(self.largest()).await? {
                 for number in self.channels.len()..self.spectra.energies.len() {
-                    self.add_channel(number).await?;
+                    self.add_channel(number, largest).await?;
                 }
             }
             if round > 0 && self.channels.len() == known {
@@ -127,8 +127,8 @@ impl<'a> CubeSearch<'a> {
         Ok(None)
     }
 
-    /// Adds the channel of energy `number`, not the first one.
-    async fn add_channel(&mut self, number: usize) -> Result<(), Failure> {
+    /// Adds the channel of energy `number`, not the first one, in a cube with this largest voxel.
+    async fn add_channel(&mut self, number: usize, largest: f64) -> Result<(), Failure> {
         let CubeSpectra { energies, probes, .. } = &self.spectra;
         let selected = &energies.selected;
         let places = selected.iter().map(|one| one.place);
@@ -142,7 +142,7 @@ impl<'a> CubeSearch<'a> {
         // Each further energy adds less than those before: its share of the error halves, three times.
         let share = [1.0, 0.5, 0.25, 0.125][number.min(3)] * TUNING.surfaces.channel_share;
         let tolerance = self.request.tolerance;
-        let target = share * tolerance * self.largest() / in_bins;
+        let target = share * tolerance * largest / in_bins;
         let request = ChannelRequest { view: &view, target, tolerance, known: &known };
         let (search, model) = (&self.located.search, &self.located.model);
         self.channels.push(search.channel(model, &request, &mut self.left).await?);

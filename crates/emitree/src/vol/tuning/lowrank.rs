@@ -140,10 +140,10 @@ group! {
         /// Fibers are refined until the sum of their highest coefficients is below this share of
         /// the largest residual. Smaller values take more samples on each fiber.
         fiber_resolution: f64 = 0.2, 0.1..=0.4;
-        /// That share at the finest level, in units of the usual one, if each pixel has a tolerance of its own: the
-        /// residuals show whether what is left matters. With 1 the K corona to 8 radii takes 182,405 evaluations
-        /// instead of 21,684. With one tolerance for all pixels, searches that fail anyway are longer: random views
-        /// take a tenth more.
+        /// That share at the finest level, in units of the usual one, if each pixel has a tolerance of its own, or if G at
+        /// another energy has products: the residuals show whether what is left matters. With 1 the K corona to 8 radii
+        /// takes 182,405 evaluations instead of 21,684. With one tolerance for all pixels, searches that fail anyway
+        /// are longer: random views take a tenth more.
         left_at_finest_level: f64 = 5.0, 2.5..=10.0;
         /// The same share for the first fibers, which show how fine the structure is.
         first_fiber_resolution: f64 = 0.05, 0.025..=0.1;

@@ -97,6 +97,9 @@ group! {
         /// The most verifications of the energies of a cube of products or of surfaces. More follow
         /// spectra of more kinds.
         cube_rounds: usize = 5, 3..=8;
+        /// The largest voxel that is expected of sampled spectra, as a share of the brightest of them: a line of
+        /// sight may be brighter than a pixel.
+        largest_share: f64 = 0.5, 0.25..=1.0;
         /// The error of products at one energy, as a share of T: those of several energies add up in a
         /// bin.
         channel_share: f64 = 0.5, 0.25..=0.75;
