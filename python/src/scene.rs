@@ -2,7 +2,9 @@
 
 use crate::bridge::{Caller, Hooks, run};
 use crate::emission::AnyEmission;
-use crate::error::{EmissionError, SceneError, of_encoding, of_rendering, of_scene, of_tree};
+use crate::error::{
+    EmissionError, SceneError, of_encoding, of_output, of_rendering, of_scene, of_tree,
+};
 use crate::lines::{Lines, lines};
 use crate::mesh::Mesh;
 use crate::points::vectors as vectors_of;
@@ -10,7 +12,7 @@ use crate::rendering::Rendered;
 use emitree::progress::Frame;
 use emitree::world_tree::{WorldTreeOptions, build_world_tree};
 use emitree::{Emission, Image, Method, RenderOptions, Samples, StopReason};
-use emitree_io::{EmissionSource, Override, TreeFile};
+use emitree_io::{EmissionSource, LargeError, OutputFile, Override, TreeFile, write_large};
 use emitree_models::Outside;
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -167,6 +169,37 @@ impl Scene {
         };
         let found = run(py, &hooks, threads, |caller| rendered(scene, &hooks, caller, &options));
         found?.map_err(|error| of_rendering(py, error))
+    }
+
+    /// Renders the scene, or a function in place of its emission, and writes the image or the cube to the FITS file
+    /// `path` row by row. Returns the report, as JSON.
+    #[pyo3(signature = (path, *, function=None, batch_size=None, threads=None, progress=None))]
+    fn write_large(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        function: Option<Py<PyAny>>,
+        batch_size: Option<u64>,
+        threads: Option<usize>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<String> {
+        let output = OutputFile::create(path).map_err(of_output)?;
+        let hooks = Hooks { function, progress, ..Hooks::default() };
+        let scene = &*self.0;
+        let mut options = options_of(scene);
+        options.batch_size = batch_size.unwrap_or(options.batch_size);
+        let made = run(py, &hooks, threads, |caller| {
+            let progress = |evaluations| caller.progress(evaluations);
+            let mut options: RenderOptions<'_> = options.clone();
+            options.progress = Some(&progress);
+            write_large(scene, &emission(scene, &hooks, caller), &options, output)
+        })?;
+        match made {
+            Ok(made) => Ok(made.report().to_json()),
+            Err(LargeError::Render(error)) => Err(of_rendering(py, error)),
+            Err(LargeError::Output(error)) => Err(of_output(error)),
+            Err(error) => Err(of_encoding(error)),
+        }
     }
 
     /// Builds the tree of the scene's emission, or of a function in its place, in the box of its

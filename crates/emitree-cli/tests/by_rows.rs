@@ -27,6 +27,40 @@ fn the_file_has_the_pixels_and_the_errors_of_an_ordinary_rendering() {
 }
 
 #[test]
+fn a_cube_has_the_values_and_the_bins_of_an_ordinary_rendering() {
+    let scene = r#"
+        emission.expression = "exp(-r^2) * exp(-E) + exp(-(x-0.5)^2 - y^2 - z^2) / (1 + E^2)"
+        projection = { type = "perspective", position = [0, -9, 0], target = [0, 0, 0], field_of_view = [30, 30] }
+        energy = { min = 0.5, max = 4.0, bins = 6 }
+        image = { width = 40, height = 30 }
+    "#;
+    let folder = Folder::with_scene(scene);
+    folder.emitree("render scene.toml -o whole.fits").succeeds();
+    let run = folder.emitree("render scene.toml -o rows.fits --by-rows");
+    run.succeeds();
+    assert!(run.stdout.contains("energies     6 bins of 0.5"), "{}", run.stdout);
+    assert!(run.stdout.contains("of the largest voxel (estimated)"), "{}", run.stdout);
+    folder.emitree("compare rows.fits whole.fits -t 1e-12").succeeds();
+    let text = |name: &str| {
+        String::from_utf8_lossy(&std::fs::read(folder.path(name)).unwrap()).into_owned()
+    };
+    let [rows, whole] = [text("rows.fits"), text("whole.fits")];
+    let card = |text: &str, name: &str| {
+        let at = text.find(name).unwrap_or_else(|| panic!("no {name}"));
+        text[at..].chars().take(40).collect::<String>()
+    };
+    for name in
+        ["NAXIS3  =", "CTYPE3  =", "CRVAL3  =", "CDELT3  =", "EXTNAME = 'ENERGIES", "NEVAL   ="]
+    {
+        assert_eq!(card(&rows, name), card(&whole, name));
+    }
+    assert_eq!(rows.matches("XTENSION=").count(), 2);
+    let run = folder.emitree("render scene.toml -o rows.fits.gz --by-rows");
+    run.succeeds();
+    folder.emitree("compare rows.fits.gz rows.fits -t 0").succeeds();
+}
+
+#[test]
 fn a_name_that_ends_in_gz_has_a_compressed_file() {
     let folder = smooth();
     folder.emitree("render scene.toml -o rows.fits.gz --by-rows").succeeds();

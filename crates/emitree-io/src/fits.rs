@@ -6,7 +6,7 @@
 mod card;
 mod celestial;
 mod channels;
-mod energies;
+pub(crate) mod energies;
 mod healpix;
 mod on_sky;
 mod provenance;

@@ -1,12 +1,13 @@
-//! Images larger than the memory, written to FITS files block by block.
+//! Images and cubes larger than the memory, written to FITS files block by block.
 
 use crate::account::Account;
-use crate::fits::{FitsEncodeError, FitsFile, FitsImage};
+use crate::fits::{FitsEncodeError, FitsFile, FitsImage, energies};
 use crate::output::{OutputError, OutputFile};
 use crate::product::scene_history;
+use crate::report::Report;
 use crate::scene::{Quantity, Scene};
-use emitree::large::{LargeImage, refused, render_large};
-use emitree::{Emission, Image, RenderError, RenderOptions};
+use emitree::large::{LargeCube, LargeImage, render_large_cube};
+use emitree::{Cube, Emission, EnergyAxis, Image, RenderError, RenderOptions};
 use fits_well::FitsWriter;
 use fits_well::header::Header;
 use fits_well::image::{Bitpix, Metadata, Scaling, View};
@@ -14,15 +15,16 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::ops::Range;
 use std::path::Path;
 use std::time::SystemTime;
 
-/// The bytes of a pixel: its value and its error.
-const BYTES_PER_PIXEL: u64 = 16;
+/// The bytes of a voxel: its value and its error.
+const BYTES_PER_VOXEL: u64 = 16;
 /// A compressed file takes at least the thousandth of the other.
 const BEST_RATIO: u64 = 1000;
 
-/// A large image that can't be rendered or written.
+/// A large image or cube that can't be rendered or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LargeError<E> {
@@ -43,13 +45,22 @@ pub enum LargeError<E> {
 pub struct LargeOutput {
     /// What was rendered and what it cost.
     pub account: Account,
-    /// The smallest and the largest radiance.
+    /// The smallest and the largest value.
     pub range: [f64; 2],
+    /// Height and width in pixels.
+    pub shape: [usize; 2],
 }
 
-/// Renders an image of a scene from a low-rank approximation and writes it to a FITS file block by block: the
-/// values, and the extension `ERROR`. Memory does not grow with the number of pixels. A name that ends in `.gz`
-/// has the whole file compressed (gzip), without `CHECKSUM`.
+impl LargeOutput {
+    /// The report of the rendering.
+    pub fn report(&self) -> Report<'_> {
+        Report::new(&self.account, self.shape, self.range, None, None)
+    }
+}
+
+/// Renders an image or a cube of a scene from low-rank approximations and writes it to a FITS file block by block: the
+/// values, the extension `ERROR`, and of a cube the table `ENERGIES`. Memory does not grow with the number of pixels or
+/// bins. A name that ends in `.gz` has the whole file compressed (gzip), without `CHECKSUM`.
 ///
 /// ```
 /// use emitree_io::{OutputFile, Scene, write_large};
@@ -71,7 +82,7 @@ pub struct LargeOutput {
 ///
 /// # Errors
 ///
-/// [`LargeError`]: as [`render_large`], for a cube too; a disk without room for the file, before anything is
+/// [`LargeError`]: as [`render_large_cube`]; a disk without room for the file, before anything is
 /// evaluated. No file is left then.
 pub fn write_large<E: Emission>(
     scene: &Scene,
@@ -79,30 +90,32 @@ pub fn write_large<E: Emission>(
     options: &RenderOptions<'_>,
     output: OutputFile,
 ) -> Result<LargeOutput, LargeError<E::Error>> {
-    let shape @ [height, width] = [scene.height, scene.width];
-    if scene.axis().is_some() {
-        return Err(refused("it is a cube", shape, options).into());
-    }
+    let shape = [scene.height, scene.width];
+    let axis = scene.axis();
     let is_compressed = is_compressed(output.path());
-    let whole = BYTES_PER_PIXEL.saturating_mul(height as u64).saturating_mul(width as u64);
+    let bins = axis.map_or(1, EnergyAxis::bins);
+    let [bins, height, width] = [bins, shape[0], shape[1]].map(|number| number as u64);
+    let voxels = bins.saturating_mul(height).saturating_mul(width);
+    let whole = BYTES_PER_VOXEL.saturating_mul(voxels);
     output.check_room(if is_compressed { whole / BEST_RATIO } else { whole })?;
-    let image = render_large(emission, scene.camera.projection(), shape, options)?;
-    let account = Account::of(scene, image.stats(), None, Some(image.estimated_error()));
-    let writing = Writing { scene, image: &image, account: &account, options };
+    let cube = render_large_cube(emission, scene.camera.projection(), shape, axis, options)?;
+    let account = Account::of(scene, cube.stats(), None, Some(cube.estimated_error()));
+    let writing = Writing { scene, cube: &cube, account: &account, options };
+    let mut range = [f64::NAN; 2];
     output.commit_with(|file| -> Result<(), LargeError<E::Error>> {
         let file = BufWriter::with_capacity(1 << 20, file);
         if is_compressed {
             let gzip = GzEncoder::new(file, Compression::fast());
             let writer = FitsWriter::new(Counted { gzip, position: 0 });
-            let Counted { gzip, .. } = writing.write(writer)?;
+            let Counted { gzip, .. } = writing.write(writer, &mut range)?;
             gzip.finish().and_then(|mut file| file.flush()).map_err(stored)?;
         } else {
             let writer = FitsWriter::new(file).with_checksums();
-            writing.write(writer)?.flush().map_err(stored)?;
+            writing.write(writer, &mut range)?.flush().map_err(stored)?;
         }
         Ok(())
     })?;
-    Ok(LargeOutput { account, range: image.range() })
+    Ok(LargeOutput { account, range, shape })
 }
 
 /// Whether the ending of a name asks for a compressed file.
@@ -118,59 +131,77 @@ fn stored(error: io::Error) -> FitsEncodeError {
 /// A file while it is written.
 struct Writing<'a> {
     scene: &'a Scene,
-    image: &'a LargeImage<'a>,
+    cube: &'a LargeCube<'a>,
     account: &'a Account,
     options: &'a RenderOptions<'a>,
 }
 
-impl Writing<'_> {
-    fn write<W: Write + Seek, E>(&self, mut writer: FitsWriter<W>) -> Result<W, LargeError<E>> {
+impl<'a> Writing<'a> {
+    /// Writes all HDUs, and finds the range of the values.
+    fn write<W: Write + Seek, E>(
+        &self,
+        mut writer: FitsWriter<W>,
+        range: &mut [f64; 2],
+    ) -> Result<W, LargeError<E>> {
         let [primary, error] = self.headers()?;
-        self.map(&mut writer, &primary, |rows| self.image.values(rows))?;
-        self.map(&mut writer, &error, |rows| self.image.errors(rows))?;
+        *range = self.map(&mut writer, &primary, |band, rows| band.values(rows))?;
+        self.map(&mut writer, &error, |band, rows| band.errors(rows))?;
+        if let Some(bins) = &self.scene.energy {
+            energies::write_table(&mut writer, bins)?;
+        }
         Ok(writer.into_inner())
     }
 
-    /// Writes one HDU, block by block.
+    /// Writes one HDU, band by band and block by block. Returns the range of its values.
     fn map<W: Write + Seek, E>(
         &self,
         writer: &mut FitsWriter<W>,
         header: &Header,
-        make: impl Fn(std::ops::Range<usize>) -> Image,
-    ) -> Result<(), LargeError<E>> {
-        let [height, width] = self.image.shape();
-        let shape = [width, height];
-        let layout = Metadata { shape: &shape, bitpix: Bitpix::F64, scaling: Scaling::IDENTITY };
+        make: impl Fn(&LargeImage<'_>, Range<usize>) -> Image,
+    ) -> Result<[f64; 2], LargeError<E>> {
+        let [bins, height, width] = self.cube.shape();
+        let shape = [width, height, bins];
+        let shape = if self.scene.energy.is_some() { &shape[..] } else { &shape[..2] };
+        let layout = Metadata { shape, bitpix: Bitpix::F64, scaling: Scaling::IDENTITY };
         let mut stream =
             writer.stream_image(layout, Some(header)).map_err(FitsEncodeError::from)?;
-        for rows in self.image.blocks() {
-            let evaluations = self.image.stats().evaluations;
+        let [mut least, mut most] = [f64::INFINITY, f64::NEG_INFINITY];
+        let of_band = |band: &'a LargeImage<'a>| band.blocks().map(move |rows| (band, rows));
+        for (band, rows) in self.cube.bands().iter().flat_map(of_band) {
+            let evaluations = self.cube.stats().evaluations;
             if self.options.progress.is_some_and(|progress| progress(evaluations).is_break()) {
                 return Err(RenderError::Interrupted.into());
             }
-            let mut block = make(rows.clone());
+            let mut block = make(band, rows.clone());
             if self.scene.quantity == Quantity::Irradiance {
-                let angles = self.image.solid_angles(rows);
+                let angles = band.solid_angles(rows);
                 let pixels = block.pixels_mut().iter_mut().zip(angles.pixels());
                 pixels.for_each(|(pixel, angle)| *pixel *= angle);
             }
+            let (low, high) = block.min_max();
+            (least, most) = (least.min(low), most.max(high));
             stream.write_chunk(View::F64(block.pixels())).map_err(FitsEncodeError::from)?;
         }
         stream.finish().map_err(FitsEncodeError::from)?;
-        Ok(())
+        Ok([least, most])
     }
 
     /// The headers of the values and of their errors.
     fn headers(&self) -> Result<[Header; 2], FitsEncodeError> {
-        let pixel = Image::zeros(1, 1);
+        let pixel = Cube::from_bands(vec![Image::zeros(1, 1)]);
         let unit = Some(self.account.unit.as_str()).filter(|unit| !unit.is_empty());
         let name = self.account.quantity.to_uppercase();
-        let error = FitsImage::new("ERROR", &pixel, unit);
+        let energies = self.scene.energy.as_ref();
+        let map = |name| match energies {
+            Some(_) => FitsImage::cube(name, &pixel, unit),
+            None => FitsImage::new(name, &pixel.bands()[0], unit),
+        };
+        let error = map("ERROR");
         let file = FitsFile {
-            primary: FitsImage::new(&name, &pixel, unit),
+            primary: map(&name),
             extensions: Vec::new(),
             wcs: self.scene.celestial_wcs(),
-            energies: None,
+            energies,
             provenance: self.account.cards(),
             history: scene_history(&self.scene.text, &self.scene.overrides),
             date: Some(SystemTime::now()),

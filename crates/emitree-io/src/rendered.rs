@@ -206,7 +206,8 @@ impl RenderedScene {
 
     /// The report, with the counts of an instrument if they were made.
     pub fn report(&self, counts: Option<CountsReport>) -> Report<'_> {
-        Report::new(&self.account, &self.values, counts, self.hint())
+        let ([_, height, width], (min, max)) = (self.values.shape(), self.values.min_max());
+        Report::new(&self.account, [height, width], [min, max], counts, self.hint())
     }
 
     /// The bytes of a FITS file with a map, those that go with it, and cards.

@@ -6,7 +6,7 @@ use crate::format::EncodeError;
 use crate::npy::encode_npy;
 use crate::product::ProductMap;
 use crate::rendered::RenderedScene;
-use crate::report::ComponentsReport;
+use crate::report::{ComponentsReport, Report};
 use emitree::{Cube, Healpix};
 
 /// The renderings of the components of a scene, of one camera and one number of pixels.
@@ -74,7 +74,8 @@ impl RenderedComponents {
     /// The report of all components together, with that of each.
     pub fn report(&self) -> ComponentsReport<'_> {
         let of_each = self.components().map(|(name, of)| (name, of.report(None))).collect();
-        let all = crate::report::Report::new(&self.account, &self.values, None, None);
+        let ([_, height, width], (min, max)) = (self.values.shape(), self.values.min_max());
+        let all = Report::new(&self.account, [height, width], [min, max], None, None);
         ComponentsReport::new(all, of_each)
     }
 

@@ -150,11 +150,11 @@ impl<'a> ComponentsReport<'a> {
 impl<'a> Report<'a> {
     pub(crate) fn new(
         account: &'a Account,
-        values: &Cube,
+        [height, width]: [usize; 2],
+        [min, max]: [f64; 2],
         instrument: Option<CountsReport>,
         hint: Option<String>,
     ) -> Self {
-        let ([_, height, width], (min, max)) = (values.shape(), values.min_max());
         Self {
             evaluations: account.evaluations,
             absorption_evaluations: account.absorption_evaluations,

@@ -109,12 +109,17 @@ pub(crate) fn check_size<E>(
     Ok(())
 }
 
-/// The height and width of the largest image of the proportions of `shape` that fits in the memory allowed.
-pub(crate) fn largest_that_fits(shape: [usize; 2], options: &RenderOptions<'_>) -> [usize; 2] {
+/// The height and width of the largest image of the proportions of `shape` that fits in the memory allowed; of a cube
+/// with so many bins.
+pub(crate) fn largest_that_fits(
+    shape: [usize; 2],
+    bins: Option<usize>,
+    options: &RenderOptions<'_>,
+) -> [usize; 2] {
     let of_size =
         |share: f64| shape.map(|pixels| crate::cell::whole((pixels as f64 * share).floor()).max(1));
     let fits =
-        |share: f64| check_size::<core::convert::Infallible>(of_size(share), None, options).is_ok();
+        |share: f64| check_size::<core::convert::Infallible>(of_size(share), bins, options).is_ok();
     if fits(1.0) {
         return shape;
     }

@@ -16,19 +16,25 @@ pub(crate) trait Model: Send + Sync + Debug {
     fn values(&self, points: &[[f64; 3]]) -> Vec<f64>;
 }
 
-/// The products of a view as an image of any number of pixels.
+/// The products of a view as bands of any number of pixels.
 pub(crate) trait Products: Send + Sync + Debug {
-    /// The image of `shape` = \[height, width\], which is made row by row.
+    /// The bands of `shape` = \[height, width\], which are made row by row.
     fn of_shape(&self, shape: [usize; 2]) -> Box<dyn ProductRows>;
 }
 
-/// The rows of an image of products, in the unit of the irradiance density.
+/// The rows of the bands of products: one of an image, and one for each bin of a cube.
 pub(crate) trait ProductRows: Send + Sync {
-    /// The means over the pixels of a row.
-    fn means(&self, row: usize, means: &mut [f64]);
+    /// The number of bands.
+    fn bands(&self) -> usize;
+
+    /// The means over the pixels of a row, in the unit of the irradiance density.
+    fn means(&self, band: usize, row: usize, means: &mut [f64]);
 
     /// Their estimated errors.
-    fn errors(&self, row: usize, errors: &mut [f64]);
+    fn errors(&self, band: usize, row: usize, errors: &mut [f64]);
+
+    /// What the errors of all radiances of a band are larger by: what the selected energies leave of spectra.
+    fn unexplained(&self, band: usize) -> f64;
 }
 
 /// The result of a method.
@@ -58,7 +64,7 @@ pub(crate) struct MethodOutput {
     pub(crate) surfaces: Option<Arc<FoundSurfaces>>,
     /// What the image has the means of, if there is such a function and sums are asked for.
     pub(crate) model: Option<Arc<dyn Model>>,
-    /// The products that the image is made of, if it is to be made row by row.
+    /// The products that the bands are made of, if they are to be made row by row.
     pub(crate) products: Option<Arc<dyn Products>>,
     /// The stretch of the depths of that function.
     pub(crate) stretch: Option<Stretch>,

@@ -1,7 +1,10 @@
 //! Images that are made row by row: the values of a rendering, and errors for other views.
 
-use emitree::large::render_large;
-use emitree::{Canonical, FromFn, Image, RenderError, RenderOptions, VolOptions, render};
+use emitree::large::{render_large, render_large_cube};
+use emitree::{
+    Canonical, EnergyAxis, EnergyScale, FromFn, FromSpectralFn, Image, RenderError, RenderOptions,
+    VolOptions, render, render_cube,
+};
 
 const PEAK: f64 = 30.0;
 
@@ -74,6 +77,67 @@ fn small_pixels_are_within_the_tolerance() {
             let exact = depth * (-PEAK * ((x - 0.4).powi(2) + (y - 0.6).powi(2))).exp();
             let error = (values[(0, column)] - exact).abs();
             assert!(error <= tolerance * depth, "{row} {column}: {error:e}");
+        }
+    }
+}
+
+/// Two sources of different spectra.
+fn spectral(at @ [x, y, z]: [f64; 3], energy: f64) -> f64 {
+    let other = (-20.0 * ((x - 0.7).powi(2) + (y - 0.3).powi(2) + (z - 0.4).powi(2))).exp();
+    peak(at) * (-energy).exp() + other / (1.0 + energy * energy)
+}
+
+/// Bands have the values and the errors of a cube that is rendered as a whole, up to rounding.
+#[test]
+fn bands_have_the_values_of_a_rendering() {
+    let glow = FromSpectralFn(|at, _, energy| spectral(at, energy));
+    let axis = EnergyAxis::new(0.5, 4.0, 8, EnergyScale::Log).unwrap();
+    let (shape, options) = ([150, 170], options(1e-3));
+    let whole = render_cube(&glow, &Canonical, shape, &axis, &options).unwrap();
+    let rows = render_large_cube(&glow, &Canonical, shape, Some(&axis), &options).unwrap();
+    assert!(rows.converged() && rows.shape() == [8, 150, 170]);
+    assert!(rows.stats().energies.len() > 1);
+    assert_eq!(rows.stats().energies, whole.stats.energies);
+    assert!(rows.stats().evaluations <= whole.stats.evaluations);
+    let near = |block: &Image, of: &Image, first: usize| {
+        for (number, row) in block.rows().enumerate() {
+            for (a, b) in row.iter().zip(of.row(first + number)) {
+                assert!((a - b).abs() <= 1e-13 * whole.values.largest(), "{a} {b}");
+            }
+        }
+    };
+    let of_whole = whole.values.bands().iter().zip(whole.error.as_ref().unwrap().bands());
+    for (band, (values, errors)) in rows.bands().iter().zip(of_whole) {
+        near(&band.values(40..75), values, 40);
+        near(&band.errors(75..150), errors, 75);
+    }
+    let [a, b] = [rows.estimated_error(), whole.estimated_error().unwrap()];
+    assert!((a - b).abs() <= 1e-9 * b, "{a} {b}");
+}
+
+/// Voxels of a large cube against closed forms at single points, in all bins.
+#[test]
+fn small_voxels_are_within_the_tolerance() {
+    let glow = FromSpectralFn(|at, _, energy: f64| peak(at) * (-energy).exp());
+    let axis = EnergyAxis::new(0.5, 4.0, 12, EnergyScale::Linear).unwrap();
+    let (shape, tolerance) = ([1000, 1500], 1e-3);
+    let cube =
+        render_large_cube(&glow, &Canonical, shape, Some(&axis), &options(tolerance)).unwrap();
+    assert!(cube.converged() && cube.estimated_error() <= tolerance);
+    // ∫ exp(−30 (z − 1/2)²) dz from 0 to 1, to 2e-4: beyond, the Gaussian is that small.
+    let depth = (core::f64::consts::PI / PEAK).sqrt() * (1.0 - 1.1e-4);
+    let mean = |edges: &[f64]| ((-edges[0]).exp() - (-edges[1]).exp()) / (edges[1] - edges[0]);
+    let largest = depth * mean(&axis.edges());
+    for (band, edges) in cube.bands().iter().zip(axis.edges().windows(2)) {
+        for row in [0, 400, 999] {
+            let values = band.values(row..row + 1);
+            for column in [0, 600, 1499] {
+                let [x, y] = [(column, 1500.0), (row, 1000.0)].map(|(k, n)| (k as f64 + 0.5) / n);
+                let exact =
+                    depth * mean(edges) * (-PEAK * ((x - 0.4).powi(2) + (y - 0.6).powi(2))).exp();
+                let error = (values[(0, column)] - exact).abs();
+                assert!(error <= tolerance * largest, "{row} {column}: {error:e}");
+            }
         }
     }
 }

@@ -59,6 +59,7 @@ from emitree._points import Points
 from emitree._progressive import Frame, progressive
 from emitree._render import render
 from emitree._result import Rendering
+from emitree._row_by_row import render_to_fits
 from emitree._scoring import Fit, fit_counts
 from emitree._sensitivity import sensitivity
 from emitree._sensitivity_matrix import Sensitivity
@@ -142,6 +143,7 @@ __all__ = [
     "on_workers",
     "progressive",
     "render",
+    "render_to_fits",
     "sensitivity",
     "sweep",
     "view",

@@ -176,6 +176,15 @@ class Scene:
     def lines(
         self, x: _Floats, y: _Floats
     ) -> tuple[_Floats, _Floats, _Floats, _Floats, _Floats]: ...
+    def write_large(
+        self,
+        path: str | PathLike[str],
+        *,
+        function: _Function | None = None,
+        batch_size: int | None = None,
+        threads: int | None = None,
+        progress: Callable[[int], Any] | None = None,
+    ) -> str: ...
     def grid_ranges(self) -> tuple[str, list[list[float]]]: ...
     def grid_values(self, position: _Floats) -> _Floats: ...
     def build_tree(

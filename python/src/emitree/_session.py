@@ -83,7 +83,7 @@ class Session:
         cache: str | os.PathLike[str] | None = None,
         **options: Any,
     ) -> None:
-        _known(options, SESSION_OPTIONS)
+        refuse_unknown(options, SESSION_OPTIONS)
         self._camera = camera
         self._shape = shape
         self._options = options
@@ -140,7 +140,7 @@ class Session:
         shape: of the new image; as it is by default.
         options: those of the method and its limits; others stay as they are.
         """
-        _known(options, _OF_METHOD)
+        refuse_unknown(options, _OF_METHOD)
         shape = self._shape if shape is None else shape
         changed = self._options | options
         self._native.resume(self._scene(shape, changed))
@@ -176,7 +176,8 @@ def _told(position: Floats, direction: Floats) -> Floats:
     raise NotImplementedError
 
 
-def _known(options: Mapping[str, Any], known: frozenset[str]) -> None:
+def refuse_unknown(options: Mapping[str, Any], known: frozenset[str]) -> None:
+    """Raises `TypeError` if an option is not one of those that are known."""
     for name in options:
         if name not in known:
             raise TypeError(f"unknown option `{name}`: expected one of {', '.join(sorted(known))}")

@@ -140,9 +140,9 @@ pub(crate) struct RenderArguments {
     #[arg(long, value_name = "DIR")]
     pub(crate) progressive: Option<PathBuf>,
 
-    /// Make the image row by row in little memory, from a low-rank approximation of the emission, and write it to
-    /// the one --output, .fits or .fits.gz. An image of `vol` that does not fit in the memory is made so without
-    /// this option.
+    /// Make the image or the cube row by row in little memory, from low-rank approximations of the emission, and
+    /// write it to the one --output, .fits or .fits.gz. Those of `vol` that do not fit in the memory are made so
+    /// without this option.
     #[arg(long)]
     pub(crate) by_rows: bool,
 

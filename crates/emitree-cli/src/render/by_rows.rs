@@ -1,13 +1,14 @@
-//! Images that are made row by row, since they are larger than the memory.
+//! Images and cubes that are made row by row, since they are larger than the memory.
 
 use super::is_of_largest;
+use super::summary::{bins_text, evaluated};
 use crate::arguments::RenderArguments;
 use crate::failure::{BUDGET_ENDED, Failure};
 use crate::interrupt;
 use crate::numbers::seconds;
 use crate::progress::{Goal, ProgressLine};
 use emitree::large::fits_in_memory;
-use emitree::{Method, RenderError};
+use emitree::{EnergyAxis, Method, RenderError};
 use emitree_io::{LargeOutput, OutputFile, Scene, grouped, peak_memory_bytes, write_large};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -17,11 +18,9 @@ use std::time::Instant;
 /// Whether the image is to be made so: by the option, or since it does not fit in the memory and nothing but a
 /// FITS file is to be written.
 pub(super) fn is_asked_for(arguments: &RenderArguments, scene: &Scene) -> bool {
-    let is_possible = matches!(scene.render.method, Method::Vol(_))
-        && scene.axis().is_none()
-        && output(arguments).is_ok();
-    let shape = [scene.height, scene.width];
-    arguments.by_rows || is_possible && !fits_in_memory(shape, &scene.render_options())
+    let is_possible = matches!(scene.render.method, Method::Vol(_)) && output(arguments).is_ok();
+    let (shape, bins) = ([scene.height, scene.width], scene.axis().map(EnergyAxis::bins));
+    arguments.by_rows || is_possible && !fits_in_memory(shape, bins, &scene.render_options())
 }
 
 /// The one output.
@@ -100,14 +99,18 @@ fn print(
         "{}: {} x {} pixels (width x height), row by row",
         scene.name, scene.width, scene.height
     )?;
+    if let Some(energies) = &scene.energy {
+        writeln!(out, "{}{}", bins_text(energies), evaluated(account))?;
+    }
     writeln!(
         out,
         "  evaluations  {} in {} batches",
         grouped(account.evaluations),
         account.batches
     )?;
-    writeln!(out, "  error        {error:.2e} of the largest pixel (estimated)")?;
-    writeln!(out, "  radiance     {low:.4e} to {high:.4e}")?;
+    let value = if scene.energy.is_some() { "voxel" } else { "pixel" };
+    writeln!(out, "  error        {error:.2e} of the largest {value} (estimated)")?;
+    writeln!(out, "  {:11}  {low:.4e} to {high:.4e}", account.quantity)?;
     if let Some(bytes) = peak_memory_bytes() {
         writeln!(out, "  memory       {} MiB at most", bytes >> 20)?;
     }

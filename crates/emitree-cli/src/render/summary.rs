@@ -8,7 +8,7 @@ use emitree::los::Steps;
 use emitree::refinement::Threshold;
 use emitree::vol::FEATURE_CONTRAST;
 use emitree::{Cube, Method, StopReason, VolOptions};
-use emitree_io::{PixelLayout, Scene, SumAccount, grouped};
+use emitree_io::{Account, Energies, PixelLayout, Scene, SumAccount, grouped};
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -20,6 +20,14 @@ pub(crate) fn size_text(scene: &Scene) -> String {
             format!("{} x {} pixels (width x height)", scene.width, scene.height)
         }
     }
+}
+
+/// The bins of a cube: "  energies     24 bins of 0.5–8 keV (log)".
+pub(crate) fn bins_text(energies: &Energies) -> String {
+    let bins = energies.axis().bins();
+    let of_bins = format!("{bins} bin{}", if bins == 1 { "" } else { "s" });
+    let (noun, label, scale) = (energies.noun(), energies.label(0..bins), energies.scale_name());
+    format!("  {noun:11}  {of_bins} of {label} ({scale})")
 }
 
 pub(crate) fn print(
@@ -34,16 +42,13 @@ pub(crate) fn print(
     let size = size_text(scene);
     writeln!(out, "{}: {size}", scene.name)?;
     if let Some(energies) = &scene.energy {
-        let (label, scale) = (energies.label(0..bins), energies.scale_name());
-        let of_bins = format!("{bins} bin{}", if bins == 1 { "" } else { "s" });
-        let (noun, evaluated) = (energies.noun(), evaluated(rendered));
-        writeln!(out, "  {noun:11}  {of_bins} of {label} ({scale}){evaluated}")?;
+        writeln!(out, "{}{}", bins_text(energies), evaluated(&rendered.account))?;
     } else if let Some(exposure) = &scene.exposure {
         let label = exposure.times().label(0..1);
         writeln!(
             out,
             "  exposure     {label}{}",
-            evaluated(rendered).replace(" evaluated", " times evaluated")
+            evaluated(&rendered.account).replace(" evaluated", " times evaluated")
         )?;
     }
     writeln!(out, "  method       {}", method(&scene.render.method, value))?;
@@ -128,8 +133,8 @@ fn counted(counts: &Counts, exposure_s: f64, seed: u64) -> String {
 }
 
 /// How many energies were evaluated, where the method takes some.
-fn evaluated(rendered: &Rendered) -> String {
-    rendered.account.energies.map_or_else(String::new, |count| format!(", {count} evaluated"))
+pub(crate) fn evaluated(account: &Account) -> String {
+    account.energies.map_or_else(String::new, |count| format!(", {count} evaluated"))
 }
 
 /// Why a rendering stopped before its stopping criterion was met.

@@ -13,6 +13,7 @@ use emitree::EnergyScale;
 use fits_well::FitsWriter;
 use fits_well::header::Header;
 use fits_well::table::{Builder, ColumnData, WriteColumn};
+use std::io::Write;
 
 impl Energies {
     /// The coordinates of the bins in joules, or of times in seconds: each pixel's centre is that of its bin, on a
@@ -54,8 +55,8 @@ impl Energies {
 
 /// Adds the table `ENERGIES`: a row for each bin, the lowest first, with its ends `E_MIN` and
 /// `E_MAX` in the unit of the scene; of times the table `TIMES` with `T_START` and `T_STOP` in seconds.
-pub(super) fn write_table(
-    writer: &mut FitsWriter<Vec<u8>>,
+pub(crate) fn write_table<W: Write>(
+    writer: &mut FitsWriter<W>,
     energies: &Energies,
 ) -> Result<(), FitsEncodeError> {
     let (unit, factor) = energies.unit().fits();

@@ -4,6 +4,7 @@ use crate::cube::Cube;
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
+use crate::output::Products;
 use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::VolOptions;
@@ -67,6 +68,8 @@ pub(super) struct Channel {
     /// The functions of the parts, if a frozen quadrature is made.
     pub(super) functions: Vec<Option<Functions>>,
     pub(super) placed: Vec<Placed>,
+    /// What its image is made of row by row, if it is to be.
+    pub(super) rows: Option<Arc<dyn Products>>,
     /// The products of each part.
     products: Vec<Arc<Interpolant>>,
 }
@@ -84,6 +87,7 @@ impl Channel {
             is_complete: made.ending == StopReason::Complete,
             functions: attempted.functions,
             placed: attempted.placed,
+            rows: made.products,
             products: products?,
         })
     }
