@@ -144,8 +144,8 @@ impl<'a> Writing<'a> {
         range: &mut [f64; 2],
     ) -> Result<W, LargeError<E>> {
         let [primary, error] = self.headers()?;
-        *range = self.map(&mut writer, &primary, |band, rows| band.values(rows))?;
-        self.map(&mut writer, &error, |band, rows| band.errors(rows))?;
+        *range = self.map(&mut writer, &primary, LargeImage::values)?;
+        self.map(&mut writer, &error, LargeImage::errors)?;
         if let Some(bins) = &self.scene.energy {
             energies::write_table(&mut writer, bins)?;
         }
@@ -157,7 +157,7 @@ impl<'a> Writing<'a> {
         &self,
         writer: &mut FitsWriter<W>,
         header: &Header,
-        make: impl Fn(&LargeImage<'_>, Range<usize>) -> Image,
+        make: impl Fn(&LargeImage<'a>, Range<usize>) -> Image,
     ) -> Result<[f64; 2], LargeError<E>> {
         let [bins, height, width] = self.cube.shape();
         let shape = [width, height, bins];
