@@ -51,9 +51,9 @@ def test_files_that_are_there_stay(tmp_path):
     path = tmp_path / "image.fits"
     path.write_text("mine")
     with pytest.raises(FileExistsError, match=r"image\.fits"):
-        emitree.render_to_fits("x", emitree.Canonical(), 8, path)
+        emitree.render_to_fits("x", emitree.Canonical(), (8, 8), path)
     assert path.read_text() == "mine"
-    report = emitree.render_to_fits("x", emitree.Canonical(), 8, path, overwrite=True)
+    report = emitree.render_to_fits("x", emitree.Canonical(), (8, 8), path, overwrite=True)
     assert report["image"]["height"] == 8
 
 
@@ -66,11 +66,11 @@ def test_a_failure_leaves_no_file(tmp_path):
 
     path = tmp_path / "image.fits"
     with pytest.raises(KeyError, match="mine"):
-        emitree.render_to_fits(fails, emitree.Canonical(), 8, path)
+        emitree.render_to_fits(fails, emitree.Canonical(), (8, 8), path)
     with pytest.raises(emitree.RenderError, match="low-rank approximation"):
-        emitree.render_to_fits(ball, emitree.Canonical(), 8, path)
+        emitree.render_to_fits(ball, emitree.Canonical(), (8, 8), path)
     with pytest.raises(TypeError, match="unknown option `tolerances`"):
-        emitree.render_to_fits("x", emitree.Canonical(), 8, path, tolerances=1)
+        emitree.render_to_fits("x", emitree.Canonical(), (8, 8), path, tolerances=1)
     with pytest.raises(TypeError, match="several emissions"):
-        emitree.render_to_fits(["x", "y"], emitree.Canonical(), 8, path)
+        emitree.render_to_fits(["x", "y"], emitree.Canonical(), (8, 8), path)
     assert list(tmp_path.iterdir()) == []
