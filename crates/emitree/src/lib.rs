@@ -41,7 +41,7 @@
 //! * [`energy`]: the energy axis, with which there is an image for each of its bins ([`render_cube()`]);
 //! * [`progress`]: callbacks while a rendering is made;
 //! * [`result`]: the parts of a [`Rendering`];
-//! * [`large`]: images larger than the memory, row by row;
+//! * [`large`]: images and cubes larger than the memory, row by row;
 //! * [`mesh`]: the frozen quadrature of a [`Session`];
 //! * [`sweep`]: the images of one model for many values of its parameters;
 //! * [`error`]: [`RenderError`], and the options that it names.
