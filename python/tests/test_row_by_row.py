@@ -71,6 +71,8 @@ def test_a_failure_leaves_no_file(tmp_path):
         emitree.render_to_fits(ball, emitree.Canonical(), (8, 8), path)
     with pytest.raises(TypeError, match="unknown option `tolerances`"):
         emitree.render_to_fits("x", emitree.Canonical(), (8, 8), path, tolerances=1)
+    with pytest.raises(TypeError, match="unknown option `instrument`"):
+        emitree.render_to_fits("x", emitree.Canonical(), (8, 8), path, instrument=None)
     with pytest.raises(TypeError, match="several emissions"):
         emitree.render_to_fits(["x", "y"], emitree.Canonical(), (8, 8), path)
     assert list(tmp_path.iterdir()) == []

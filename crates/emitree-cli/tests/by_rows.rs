@@ -57,6 +57,43 @@ fn a_cube_has_the_values_and_the_bins_of_an_ordinary_rendering() {
     assert_eq!(rows.matches("XTENSION=").count(), 2);
 }
 
+/// Irradiances, and means over one time and over several, with the errors of ordinary renderings.
+#[test]
+fn irradiances_and_exposures_are_those_of_an_ordinary_rendering() {
+    let view =
+        r#"type = "perspective", position = [0, -5, 0], target = [0, 0, 0], near = 1, far = 14"#;
+    let scene = |factor: &str, image: &str, table: &str| {
+        format!(
+            "emission.expression = \"exp(-r^2) * {factor} + exp(-(x-0.5)^2 - y^2 - z^2)\"\n\
+             projection = {{ {view}, field_of_view = [110, 110] }}\n\
+             image = {{ width = 40, height = 30{image} }}\n{table}"
+        )
+    };
+    let time = |bins: usize| format!("[time]\nstart = 0.0\nstop = 2.0\nbins = {bins}\n");
+    let energy = "[energy]\nmin = 0.5\nmax = 4.0\nbins = 3\n";
+    let scenes = [
+        scene("2", ", quantity = \"irradiance\"", ""),
+        scene("exp(-E)", ", quantity = \"irradiance\"", energy),
+        scene("exp(-t)", "", &time(1)),
+        scene("exp(-t)", "", &time(3)),
+    ];
+    for scene in scenes {
+        let folder = Folder::with_scene(&scene);
+        let whole = folder.emitree("render scene.toml -o whole.fits");
+        whole.succeeds();
+        let rows = folder.emitree("render scene.toml -o rows.fits --by-rows");
+        rows.succeeds();
+        folder.emitree("compare rows.fits whole.fits -t 1e-12").succeeds();
+        for label in ["  error ", "  radiance ", "  irradiance "] {
+            let line = |stdout: &str| {
+                let of_label = stdout.lines().find(|line| line.starts_with(label));
+                of_label.map(|line| line.split(" ph ").next().unwrap_or(line).to_owned())
+            };
+            assert_eq!(line(&rows.stdout), line(&whole.stdout), "{scene}");
+        }
+    }
+}
+
 #[test]
 fn a_name_that_ends_in_gz_has_a_compressed_file() {
     let folder = smooth();

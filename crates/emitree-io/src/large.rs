@@ -15,7 +15,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 use std::path::Path;
 use std::time::SystemTime;
 
@@ -59,8 +59,8 @@ impl LargeOutput {
 }
 
 /// Renders an image or a cube of a scene from low-rank approximations and writes it to a FITS file block by block: the
-/// values, the extension `ERROR`, and of a cube the table `ENERGIES`. Memory does not grow with the number of pixels or
-/// bins. A name that ends in `.gz` has the whole file compressed (gzip), without `CHECKSUM`.
+/// values, the extension `ERROR`, and of a cube the table `ENERGIES`. Memory does not grow with the number of pixels. A
+/// name that ends in `.gz` has the whole file compressed (gzip), without `CHECKSUM`.
 ///
 /// ```
 /// use emitree_io::{OutputFile, Scene, write_large};
@@ -99,7 +99,11 @@ pub fn write_large<E: Emission>(
     let whole = BYTES_PER_VOXEL.saturating_mul(voxels);
     output.check_room(if is_compressed { whole / BEST_RATIO } else { whole })?;
     let cube = render_large_cube(emission, scene.camera.projection(), shape, axis, options)?;
-    let account = Account::of(scene, cube.stats(), None, Some(cube.estimated_error()));
+    let error = match scene.quantity {
+        Quantity::Irradiance => error_of_irradiances(&cube, options)?,
+        Quantity::Radiance => cube.estimated_error(),
+    };
+    let account = Account::of(scene, cube.stats(), None, Some(error));
     let writing = Writing { scene, cube: &cube, account: &account, options };
     let mut range = [f64::NAN; 2];
     output.commit_with(|file| -> Result<(), LargeError<E::Error>> {
@@ -116,6 +120,46 @@ pub fn write_large<E: Emission>(
         Ok(())
     })?;
     Ok(LargeOutput { account, range, shape })
+}
+
+/// Makes radiances of some rows, or their errors, irradiances.
+fn to_irradiances(block: &mut Image, band: &LargeImage<'_>, rows: Range<usize>) {
+    let angles = band.solid_angles(rows);
+    let pixels = block.pixels_mut().iter_mut().zip(angles.pixels());
+    pixels.for_each(|(pixel, angle)| *pixel *= angle);
+}
+
+/// Each band with each of its blocks of rows, until the progress ends it.
+fn blocks<'c, E>(
+    cube: &'c LargeCube<'c>,
+    options: &RenderOptions<'_>,
+) -> impl Iterator<Item = Result<(&'c LargeImage<'c>, Range<usize>), LargeError<E>>> {
+    let evaluations = cube.stats().evaluations;
+    let of_band = |band: &'c LargeImage<'c>| band.blocks().map(move |rows| (band, rows));
+    let all = cube.bands().iter().flat_map(of_band);
+    all.map(move |of| match options.progress.map(|progress| progress(evaluations)) {
+        Some(ControlFlow::Break(())) => Err(RenderError::Interrupted.into()),
+        _ => Ok(of),
+    })
+}
+
+/// The largest estimated |error| of an irradiance over the largest |irradiance|.
+fn error_of_irradiances<E>(
+    cube: &LargeCube<'_>,
+    options: &RenderOptions<'_>,
+) -> Result<f64, LargeError<E>> {
+    let [mut largest, mut largest_error] = [0.0_f64; 2];
+    for of in blocks(cube, options) {
+        let (band, rows) = of?;
+        let [mut values, mut errors] = [band.values(rows.clone()), band.errors(rows.clone())];
+        for map in [&mut values, &mut errors] {
+            to_irradiances(map, band, rows.clone());
+        }
+        let (low, high) = values.min_max();
+        largest = largest.max(high.abs().max(low.abs()));
+        largest_error = largest_error.max(errors.min_max().1);
+    }
+    Ok(if largest_error > 0.0 { largest_error / largest } else { 0.0 })
 }
 
 /// Whether the ending of a name asks for a compressed file.
@@ -166,17 +210,11 @@ impl<'a> Writing<'a> {
         let mut stream =
             writer.stream_image(layout, Some(header)).map_err(FitsEncodeError::from)?;
         let [mut least, mut most] = [f64::INFINITY, f64::NEG_INFINITY];
-        let of_band = |band: &'a LargeImage<'a>| band.blocks().map(move |rows| (band, rows));
-        for (band, rows) in self.cube.bands().iter().flat_map(of_band) {
-            let evaluations = self.cube.stats().evaluations;
-            if self.options.progress.is_some_and(|progress| progress(evaluations).is_break()) {
-                return Err(RenderError::Interrupted.into());
-            }
+        for of in blocks(self.cube, self.options) {
+            let (band, rows) = of?;
             let mut block = make(band, rows.clone());
             if self.scene.quantity == Quantity::Irradiance {
-                let angles = band.solid_angles(rows);
-                let pixels = block.pixels_mut().iter_mut().zip(angles.pixels());
-                pixels.for_each(|(pixel, angle)| *pixel *= angle);
+                to_irradiances(&mut block, band, rows);
             }
             let (low, high) = block.min_max();
             (least, most) = (least.min(low), most.max(high));

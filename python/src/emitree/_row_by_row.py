@@ -35,13 +35,13 @@ def render_to_fits(
     """Renders an image or a cube that is larger than memory, and writes it to a FITS file.
 
     The file has the values, the extension `ERROR`, and the table `ENERGIES` of a cube. It is
-    compressed if its name ends in `.gz`. Memory does not grow with the number of pixels or bins.
+    compressed if its name ends in `.gz`. Memory does not grow with the number of pixels.
 
     emission, camera, shape, executor, cache, batch_size, threads, progress: as of `render`; one
     emission, and no scene file.
     path: the FITS file.
     overwrite: whether a file that is there may be replaced.
-    options: other keywords of `render`, as of a `Session`.
+    options: other keywords of `render`, as of a `Session`, but no instrument.
 
     Returns `Rendering.report` of the image: its cost and its error.
 
@@ -59,7 +59,7 @@ def render_to_fits(
     >>> report["converged"]
     True
     """
-    refuse_unknown(options, SESSION_OPTIONS)
+    refuse_unknown(options, SESSION_OPTIONS - {"instrument"})
     if not overwrite and os.path.lexists(path):
         raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), os.fspath(path))
     if Several.of(emission) is not None or isinstance(camera, WcsCamera):

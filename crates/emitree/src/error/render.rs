@@ -31,9 +31,9 @@ pub enum RenderError<E> {
         /// The memory that is allowed \[bytes\].
         allowed: u64,
     },
-    /// The image can't be made row by row; nothing of its size was allocated.
+    /// The image or the cube can't be made row by row; nothing of its size was allocated.
     #[error(
-        "an image of {} x {} pixels (height x width) can't be made row by row: {reason}: expected a smooth \
+        "{} x {} pixels (height x width) can't be made row by row: {reason}: expected a smooth \
          emission in a view without limbs{}",
         shape[0], shape[1], or_as_a_whole(*shape, *fits)
     )]
@@ -218,7 +218,7 @@ fn bytes(count: u64) -> String {
 /// What else is possible: the image as a whole, if one of so many pixels fits in the memory.
 fn or_as_a_whole(shape: [usize; 2], fits: [usize; 2]) -> String {
     if shape == fits {
-        return ", or the whole image, which fits in the memory".to_owned();
+        return ", or all of it at once, which fits in the memory".to_owned();
     }
     format!(", or at most {} x {} pixels, which fit in the memory as a whole", fits[0], fits[1])
 }

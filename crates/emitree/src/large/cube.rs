@@ -3,6 +3,7 @@
 use crate::error::RenderError;
 use crate::large::image::LargeImage;
 use crate::output::ProductRows;
+use crate::progress::Progress;
 use crate::projection::Projection;
 use crate::radiance::PixelRows;
 use crate::rendering::RenderStats;
@@ -17,12 +18,13 @@ pub struct LargeCube<'a> {
 }
 
 impl<'a> LargeCube<'a> {
-    /// The cube of these rows, with the largest value and the largest error of each band.
+    /// The cube of these rows, with the largest value and the largest error of each band. `progress` may end it.
     pub(super) fn measured<E>(
         projection: &'a dyn Projection,
         shape: [usize; 2],
         products: Box<dyn ProductRows>,
         stats: RenderStats,
+        progress: Option<&Progress<'_>>,
     ) -> Result<Self, RenderError<E>> {
         let products: Arc<dyn ProductRows> = products.into();
         let measured = |band: usize| {
@@ -35,11 +37,12 @@ impl<'a> LargeCube<'a> {
                 largest: 0.0,
                 largest_error: 0.0,
             };
-            image.measure().map(|()| image)
+            image.measure(progress).map(|()| image)
         };
         Ok(Self { bands: (0..products.bands()).map(measured).collect::<Result<_, _>>()? })
     }
 
+    /// The search was complete, and some small pixels have larger errors.
     pub(super) fn set_not_converged(&mut self) {
         for band in &mut self.bands {
             if band.stats.ending == StopReason::Complete {

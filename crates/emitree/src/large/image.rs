@@ -4,6 +4,7 @@ use crate::error::RenderError;
 use crate::image::Image;
 use crate::output::ProductRows;
 use crate::parallel::prelude::*;
+use crate::progress::Progress;
 use crate::radiance::{PixelRows, rows_at_once};
 use crate::rendering::RenderStats;
 use crate::tree::StopReason;
@@ -37,12 +38,12 @@ impl LargeImage<'_> {
         &self.stats
     }
 
-    /// Whether the tolerance is met in all pixels.
+    /// Whether the tolerance is met in all pixels, of all bands.
     pub fn converged(&self) -> bool {
         self.stats.ending == StopReason::Complete
     }
 
-    /// The largest estimated |error| of a pixel over the largest |pixel|.
+    /// The largest estimated |error| of a pixel over the largest |pixel|; of a band, over its own.
     pub fn estimated_error(&self) -> f64 {
         if self.largest_error > 0.0 { self.largest_error / self.largest } else { 0.0 }
     }
@@ -111,9 +112,15 @@ impl LargeImage<'_> {
         block
     }
 
-    /// Finds the largest pixel and the largest error.
-    pub(super) fn measure<E>(&mut self) -> Result<(), RenderError<E>> {
+    /// Finds the largest pixel and the largest error, unless `progress` ends it.
+    pub(super) fn measure<E>(
+        &mut self,
+        progress: Option<&Progress<'_>>,
+    ) -> Result<(), RenderError<E>> {
         for rows in self.blocks() {
+            if progress.is_some_and(|progress| progress(self.stats.evaluations).is_break()) {
+                return Err(RenderError::Interrupted);
+            }
             let values = self.values(rows.clone());
             for (number, &value) in values.pixels().iter().enumerate() {
                 if value.is_infinite() {

@@ -129,7 +129,8 @@ pub fn render_large_cube<'a, E: Emission>(
         let products = session.products();
         let stats = session.into_rendering()?.stats;
         let products = products.ok_or_else(|| wanted.refused("it has no products"))?;
-        let mut cube = LargeCube::measured(projection, shape, products.of_shape(shape), stats)?;
+        let (rows, progress) = (products.of_shape(shape), options.progress);
+        let mut cube = LargeCube::measured(projection, shape, rows, stats, progress)?;
         let is_within = cube.estimated_error() <= vol.tolerance;
         if is_within || tolerance < vol.tolerance {
             if !is_within {
