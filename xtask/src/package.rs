@@ -2,8 +2,8 @@
 //! its files; and that the files of all packages compile.
 //!
 //! `cargo package` would build each of them with all of its dependencies, unoptimised and from the start. Here
-//! they are one workspace, which `cargo check` compiles as far as errors show: 172 seconds of processor time the
-//! first time, seconds afterwards.
+//! they are one workspace with the profiles of this one, which `cargo check` compiles as far as errors show, with
+//! the dependencies that are there from other steps.
 
 use crate::environment::empty_folder;
 use crate::outcome::Outcome;
@@ -65,21 +65,28 @@ fn compile(workspace: &Workspace, crates: &[(&str, &str)]) -> Result<(), String>
         succeed(unpack.arg("-xmzf").arg(archive).arg("-C").arg(&unpacked))?;
     }
     let in_folder = |error| format!("{}: {error}", unpacked.display());
-    fs::write(unpacked.join("Cargo.toml"), manifest(crates)).map_err(in_folder)?;
+    let root = workspace.path("Cargo.toml");
+    let root = fs::read_to_string(&root).map_err(|error| format!("{}: {error}", root.display()))?;
+    fs::write(unpacked.join("Cargo.toml"), manifest(crates, profiles(&root))).map_err(in_folder)?;
     fs::copy(workspace.path("Cargo.lock"), unpacked.join("Cargo.lock")).map_err(in_folder)?;
     let mut check = workspace.cargo();
     check.args(["check", "--quiet", "--workspace", "--offline", "--target-dir"]);
-    succeed(check.arg(workspace.target_path("packages-check")).current_dir(&unpacked))
+    succeed(check.arg(workspace.target_path("")).current_dir(&unpacked))
+}
+
+/// The profiles of a manifest, which has them last: without them cargo would compile all dependencies again.
+fn profiles(manifest: &str) -> &str {
+    manifest.find("\n[profile.").map_or("", |start| &manifest[start..])
 }
 
 /// The manifest of a workspace of unpacked crates, which depend on each other as on crates of a registry.
-fn manifest(crates: &[(&str, &str)]) -> String {
+fn manifest(crates: &[(&str, &str)], profiles: &str) -> String {
     let folders = crates.iter().map(|(name, version)| (name, format!("{name}-{version}")));
     let members: Vec<String> = folders.clone().map(|(_, folder)| format!("{folder:?}")).collect();
     let patches = folders.map(|(name, folder)| format!("{name}.path = {folder:?}\n"));
     let patches: String = patches.collect();
     let members = members.join(", ");
-    format!("[workspace]\nresolver = \"3\"\nmembers = [{members}]\n\n[patch.crates-io]\n{patches}")
+    format!("[workspace]\nresolver = \"3\"\nmembers = [{members}]\n\n[patch.crates-io]\n{patches}{profiles}")
 }
 
 /// Keys that a manifest lacks.
@@ -168,8 +175,10 @@ mod tests {
     #[test]
     fn unpacked_crates_are_a_workspace() {
         let expected = "[workspace]\nresolver = \"3\"\nmembers = [\"a-0.1.0\", \"b-0.2.0\"]\n\n\
-                        [patch.crates-io]\na.path = \"a-0.1.0\"\nb.path = \"b-0.2.0\"\n";
-        assert_eq!(manifest(&[("a", "0.1.0"), ("b", "0.2.0")]), expected);
+                        [patch.crates-io]\na.path = \"a-0.1.0\"\nb.path = \"b-0.2.0\"\n\n\
+                        [profile.dev]\nopt-level = 2\n";
+        let root = "[workspace]\n\n[profile.dev]\nopt-level = 2\n";
+        assert_eq!(manifest(&[("a", "0.1.0"), ("b", "0.2.0")], profiles(root)), expected);
     }
 
     #[test]

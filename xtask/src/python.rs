@@ -9,11 +9,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Tests and docstrings; the settings, by which warnings are errors, are named, since the folders have none in common.
-const TESTS: [&str; 8] = [
+/// In two processes, since most of them use one core, each file in one of them.
+const TESTS: [&str; 12] = [
     "-m",
     "pytest",
     "-c",
     "python/pyproject.toml",
+    "--numprocesses",
+    "2",
+    "--dist",
+    "loadfile",
     "--doctest-modules",
     "--pyargs",
     "emitree",
