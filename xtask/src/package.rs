@@ -86,7 +86,9 @@ fn manifest(crates: &[(&str, &str)], profiles: &str) -> String {
     let patches = folders.map(|(name, folder)| format!("{name}.path = {folder:?}\n"));
     let patches: String = patches.collect();
     let members = members.join(", ");
-    format!("[workspace]\nresolver = \"3\"\nmembers = [{members}]\n\n[patch.crates-io]\n{patches}{profiles}")
+    format!(
+        "[workspace]\nresolver = \"3\"\nmembers = [{members}]\n\n[patch.crates-io]\n{patches}{profiles}"
+    )
 }
 
 /// Keys that a manifest lacks.
