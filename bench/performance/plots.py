@@ -20,6 +20,7 @@ MARKERS = ("o", "s", "^", "v", "D", "P")
 PLOTS = (
     ("performance-tolerance", "Against the tolerance", "tolerance", "evaluations"),
     ("performance-pixels", "Against the pixels", "pixels along", "seconds"),
+    ("performance-bins", "Against the bins", "bins", "seconds"),
     ("performance-width", "Against the width of a structure", "width", "evaluations"),
     (
         "performance-growth",

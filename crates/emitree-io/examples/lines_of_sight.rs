@@ -17,10 +17,12 @@ use std::time::Instant;
 /// The pixels along each side.
 const PIXELS: usize = 256;
 /// The lines along each side of a pixel, and the steps of a line.
-const LINES: [usize; 2] = [1, 2];
+const LINES: [usize; 3] = [1, 2, 4];
 const STEPS: [usize; 11] = [4, 6, 8, 11, 16, 23, 32, 45, 64, 91, 128];
-/// The same of the reference, and of the image from which its error follows.
-const REFERENCE: [(usize, usize); 2] = [(3, 256), (2, 128)];
+/// The lines along each side of a pixel of the reference, and of the image from which its error follows; the error of a
+/// line as a share of the tolerance.
+const REFERENCE: [usize; 2] = [8, 4];
+const ERROR_OF_LINE: f64 = 0.1;
 /// The fastest of so many runs counts; a run that takes longer \[s\] is made once.
 const RUNS: usize = 3;
 const LONG: f64 = 2.0;
@@ -62,7 +64,8 @@ fn open(path: &Path, tolerance: f64, minimize: &str) -> Result<Scene, Box<dyn Er
 
 fn row(path: &Path, tolerance: f64) -> Result<String, Box<dyn Error>> {
     let scene = open(path, tolerance, "evaluations")?;
-    let [reference, coarser] = REFERENCE.map(|(lines, steps)| marched(&scene, lines, steps));
+    let adaptive = Steps::Adaptive(ERROR_OF_LINE * tolerance);
+    let [reference, coarser] = REFERENCE.map(|lines| marched(&scene, lines, adaptive));
     let (reference, coarser) = (reference?, coarser?);
     let (vol_s, vol) = fastest(|| rendered(&scene, scene.render.method.clone()))?;
     let in_time = open(path, tolerance, "time")?;
@@ -72,14 +75,14 @@ fn row(path: &Path, tolerance: f64) -> Result<String, Box<dyn Error>> {
     for lines in LINES {
         for steps in STEPS {
             let start = Instant::now();
-            let found = marched(&scene, lines, steps)?;
+            let found = marched(&scene, lines, Steps::Fixed(steps))?;
             let seconds = start.elapsed().as_secs_f64();
             if best.is_some_and(|(fastest, ..)| seconds > 2.0 * fastest) {
                 break;
             }
             let error = difference(&found, &reference);
             if error <= tolerance {
-                let (seconds, _) = fastest(|| marched(&scene, lines, steps))?;
+                let (seconds, _) = fastest(|| marched(&scene, lines, Steps::Fixed(steps)))?;
                 if best.is_none_or(|(fastest, ..)| seconds < fastest) {
                     best = Some((seconds, lines, steps, error));
                 }
@@ -106,8 +109,8 @@ fn row(path: &Path, tolerance: f64) -> Result<String, Box<dyn Error>> {
 }
 
 /// The image of lines of sight.
-fn marched(scene: &Scene, lines: usize, steps: usize) -> Result<Rendering<Cube>, Box<dyn Error>> {
-    rendered(scene, Method::Los(LosOptions::new(lines, Steps::Fixed(steps))))
+fn marched(scene: &Scene, lines: usize, steps: Steps) -> Result<Rendering<Cube>, Box<dyn Error>> {
+    rendered(scene, Method::Los(LosOptions::new(lines, steps)))
 }
 
 fn rendered(scene: &Scene, method: Method) -> Result<Rendering<Cube>, Box<dyn Error>> {

@@ -2,13 +2,16 @@
 
 use crate::cube::Cube;
 use crate::found_surfaces::FoundSurfaces;
+use crate::image::Image;
 use crate::line_values::LineValues;
 use crate::mesh::frozen::Frozen;
 use crate::projection::charts::stretch::Stretch;
+use crate::radiance::PixelRows;
 use crate::rendering::RenderedTree;
 use crate::sums::RegionSum;
 use crate::tree::StopReason;
 use core::fmt::Debug;
+use core::ops::Range;
 use std::sync::Arc;
 
 /// G · dΩ/(dx dy) at all points of the canonical cube, as an image is made of it.
@@ -18,23 +21,25 @@ pub(crate) trait Model: Send + Sync + Debug {
 
 /// The products of a view as bands of any number of pixels.
 pub(crate) trait Products: Send + Sync + Debug {
-    /// The bands of `shape` = \[height, width\], which are made row by row.
-    fn of_shape(&self, shape: [usize; 2]) -> Box<dyn ProductRows>;
+    /// The bands of an image of the same view, which are made row by row; `None` of another view.
+    fn bands<'a>(&self, pixels: PixelRows<'a>) -> Option<Box<dyn Bands + 'a>>;
 }
 
-/// The rows of the bands of products: one of an image, and one for each bin of a cube.
-pub(crate) trait ProductRows: Send + Sync {
+/// The bands of products: one of an image, and one for each bin of a cube.
+pub(crate) trait Bands: Send + Sync {
     /// The number of bands.
-    fn bands(&self) -> usize;
+    fn number(&self) -> usize;
 
-    /// The means over the pixels of a row, in the unit of the irradiance density.
-    fn means(&self, band: usize, row: usize, means: &mut [f64]);
+    /// The radiances of the pixels of some rows of a band; NaN where the projection has no image.
+    fn values(&self, band: usize, rows: Range<usize>) -> Image;
 
-    /// Their estimated errors.
-    fn errors(&self, band: usize, row: usize, errors: &mut [f64]);
+    /// Their estimated |errors|.
+    fn errors(&self, band: usize, rows: Range<usize>) -> Image;
 
-    /// What the errors of all radiances of a band are larger by: what the selected energies leave of spectra.
-    fn unexplained(&self, band: usize) -> f64;
+    /// Both.
+    fn maps(&self, band: usize, rows: Range<usize>) -> [Image; 2] {
+        [self.values(band, rows.clone()), self.errors(band, rows)]
+    }
 }
 
 /// The result of a method.

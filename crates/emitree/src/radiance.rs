@@ -4,6 +4,7 @@ use crate::image::Image;
 use crate::parallel::prelude::*;
 use crate::projection::Projection;
 use crate::tree::SparseTree;
+use core::ops::Range;
 
 /// The rows of pixels of an image, and the solid angles that a projection gives them.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +30,21 @@ impl PixelRows<'_> {
         for scale in scale {
             *scale = if *scale > 0.0 { area / *scale } else { 0.0 };
         }
+    }
+
+    /// Some of the rows, which `fill` makes one by one, given the number of the row.
+    ///
+    /// # Panics
+    ///
+    /// If a row is not one of the image.
+    pub(crate) fn block(
+        &self,
+        rows: Range<usize>,
+        fill: impl Fn(usize, &mut [f64]) + Sync,
+    ) -> Image {
+        let [height, width] = self.shape;
+        assert!(rows.end <= height, "rows {rows:?} of an image of {height}");
+        map_of_rows([rows.len(), width], |number, values| fill(rows.start + number, values))
     }
 
     /// The map that `fill` makes row by row, given the number of the row.

@@ -45,9 +45,8 @@ def render_to_fits(
 
     Returns `Rendering.report` of the image: its cost and its error.
 
-    Raises `RenderError` if the image can't be made row by row, with the reason: a view that is
-    divided by bodies, bounds or planes, an emission without a low-rank approximation, errors by
-    pixel. Raises `FileExistsError`, and `OSError` if the disk has no room for the file, before
+    Raises `RenderError` if the image can't be made row by row, with the reason: an emission without a
+    low-rank approximation, errors by pixel, a cube in a view that bodies, bounds or edges divide. Raises `FileExistsError`, and `OSError` if the disk has no room for the file, before
     anything is evaluated.
 
     >>> import emitree, os, tempfile

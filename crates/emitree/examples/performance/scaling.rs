@@ -1,13 +1,17 @@
-//! How evaluations, time and memory grow with the tolerance, the pixels and
-//! the width of a structure; and how large the trees of method `paper` may become.
+//! How evaluations, time and memory grow with the tolerance, the pixels, the bins of energy and the width of a
+//! structure; and how large the trees of method `paper` may become.
 
 use crate::heap::{available_bytes, measured};
 use crate::table::{Table, exponent, mebibytes, number};
 use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
 use emitree::vol::Seed;
-use emitree::{Canonical, FromFn, Image, Method, RenderOptions, VolOptions, render};
+use emitree::{
+    Canonical, Cube, FromFn, FromSpectralFn, Image, Method, RenderError, RenderOptions, Rendering,
+    VolOptions, render, render_cube,
+};
 use emitree_problems::catalogue::problem;
+use emitree_problems::cubes;
 use emitree_problems::gaussian::Gaussian;
 use emitree_problems::{equation8, relative_error};
 
@@ -26,6 +30,10 @@ const SMOOTH: [&str; 3] = ["eq8", "shell", "gaussians"];
 const TOLERANCES_OF_VOL: [f64; 5] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5];
 const THRESHOLDS_OF_PAPER: [f64; 4] = [1e-1, 1e-2, 1e-3, 1e-4];
 const PIXELS_ALONG: [usize; 7] = [64, 128, 256, 512, 1024, 2048, 4096];
+/// Two continua and a line, and spectra that jump, in images of so few pixels that 10⁷ voxels are exact in seconds.
+const SPECTRAL: [&str; 2] = ["mixture", "edge"];
+const BINS: [usize; 6] = [1, 8, 64, 512, 4096, 16_384];
+const SHAPE_OF_CUBE: [usize; 2] = [32, 32];
 const WIDTHS: [f64; 7] = [0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002];
 /// Where the narrow Gaussian is: on no plane of any dyadic grid.
 const PLACE: [f64; 3] = [0.4142, 0.5858, 0.3178];
@@ -54,7 +62,8 @@ struct Point {
 
 /// A series ends early where a point takes long, so that all of it ends in minutes on any machine.
 pub(crate) fn tables() -> Result<Vec<Table>, String> {
-    let (tolerance, pixels, width, growth) = (tolerance()?, pixels()?, width()?, growth()?);
+    let (tolerance, pixels, bins) = (tolerance()?, pixels()?, bins()?);
+    let (width, growth) = (width()?, growth()?);
     let evaluations = |point: &Point| point.evaluations as f64;
     let seconds = |point: &Point| point.seconds;
     let memory = |point: &Point| point.peak_bytes as f64;
@@ -62,6 +71,8 @@ pub(crate) fn tables() -> Result<Vec<Table>, String> {
         exponents("evaluations", "tolerance", &tolerance, evaluations),
         exponents("seconds", "pixels along", &pixels, seconds),
         exponents("memory", "pixels along", &pixels, memory),
+        exponents("evaluations", "bins", &bins, evaluations),
+        exponents("seconds", "bins", &bins, seconds),
         exponents("evaluations", "width", &width, evaluations),
         exponents("seconds", "evaluations", &growth, seconds),
         exponents("memory", "evaluations", &growth, memory),
@@ -69,6 +80,7 @@ pub(crate) fn tables() -> Result<Vec<Table>, String> {
     Ok(vec![
         table("Against the tolerance", "tolerance", &tolerance),
         table("Against the pixels", "pixels along", &pixels),
+        table("Against the bins", "bins", &bins),
         table("Against the width of a structure", "width", &width),
         table("Trees of method paper grown to so many evaluations", "asked for", &growth),
         Table {
@@ -136,7 +148,7 @@ fn paper(threshold: Threshold) -> RenderOptions<'static> {
     RenderOptions::new(method).with_max_evaluations(MOST_OF_PAPER)
 }
 
-/// One rendering of `rate`, the fastest of some.
+/// One image of `rate`, the fastest of some renderings.
 fn point(
     series: &str,
     along: f64,
@@ -145,10 +157,21 @@ fn point(
     exact: Option<&Image>,
 ) -> Result<Point, String> {
     let emission = FromFn(|position, _| rate(position));
+    let image = || render(&emission, &Canonical, shape, options).map(Into::into);
+    fastest(series, along, image, |made| exact.map(|exact| relative_error(&made.bands()[0], exact)))
+}
+
+/// The fastest of some renderings.
+fn fastest(
+    series: &str,
+    along: f64,
+    make: impl Fn() -> Result<Rendering<Cube>, RenderError>,
+    error: impl Fn(&Cube) -> Option<f64>,
+) -> Result<Point, String> {
     let mut seconds = f64::INFINITY;
     let mut last = None;
     for _ in 0..RUNS {
-        let (rendering, taken) = measured(|| render(&emission, &Canonical, shape, options));
+        let (rendering, taken) = measured(&make);
         let rendering = rendering.map_err(|error| format!("{series} at {along}: {error}"))?;
         seconds = seconds.min(taken.time.as_secs_f64());
         last = Some((rendering, taken.peak_bytes));
@@ -161,7 +184,7 @@ fn point(
         series: series.to_owned(),
         along,
         evaluations: rendering.stats.evaluations,
-        error: exact.map(|exact| relative_error(&rendering.values, exact)),
+        error: error(&rendering.values),
         estimate: rendering.estimated_error(),
         seconds,
         peak_bytes,
@@ -211,6 +234,24 @@ fn pixels() -> Result<Vec<Point>, String> {
             let shape = [pixels; 2];
             let exact = equation8::exact_image(equation8::ALPHA, shape);
             points.push(point(series, pixels as f64, rate, (shape, &options), Some(&exact))?);
+        }
+    }
+    Ok(points)
+}
+
+/// Cubes at 1 %: an energy is a fourth variable, not an image more.
+fn bins() -> Result<Vec<Point>, String> {
+    let options = vol(0.01);
+    let mut points = Vec::new();
+    for problem in SPECTRAL.into_iter().filter_map(cubes::problem) {
+        let emission = FromSpectralFn(|position, _, energy| problem.rate(position, energy));
+        let series = format!("vol {}", problem.name);
+        for bins in BINS {
+            let axis = problem.default_axis(bins).map_err(|error| error.to_string())?;
+            let exact = problem.exact(SHAPE_OF_CUBE, &axis);
+            let make = || render_cube(&emission, &Canonical, SHAPE_OF_CUBE, &axis, &options);
+            let error = |made: &Cube| Some(made.max_difference(&exact) / exact.largest());
+            points.push(fastest(&series, bins as f64, make, error)?);
         }
     }
     Ok(points)

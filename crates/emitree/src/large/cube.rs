@@ -2,9 +2,8 @@
 
 use crate::error::RenderError;
 use crate::large::image::LargeImage;
-use crate::output::ProductRows;
+use crate::output::Bands;
 use crate::progress::Progress;
-use crate::projection::Projection;
 use crate::radiance::PixelRows;
 use crate::rendering::RenderStats;
 use crate::tree::StopReason;
@@ -20,17 +19,16 @@ pub struct LargeCube<'a> {
 impl<'a> LargeCube<'a> {
     /// The cube of these rows, with the largest value and the largest error of each band. `progress` may end it.
     pub(super) fn measured<E>(
-        projection: &'a dyn Projection,
-        shape: [usize; 2],
-        products: Box<dyn ProductRows>,
+        rows: PixelRows<'a>,
+        bands: Box<dyn Bands + 'a>,
         stats: RenderStats,
         progress: Option<&Progress<'_>>,
     ) -> Result<Self, RenderError<E>> {
-        let products: Arc<dyn ProductRows> = products.into();
+        let bands: Arc<dyn Bands + 'a> = bands.into();
         let measured = |band: usize| {
             let mut image = LargeImage {
-                rows: PixelRows { projection, shape },
-                products: Arc::clone(&products),
+                rows,
+                bands: Arc::clone(&bands),
                 band,
                 stats: stats.clone(),
                 range: [f64::INFINITY, f64::NEG_INFINITY],
@@ -39,7 +37,7 @@ impl<'a> LargeCube<'a> {
             };
             image.measure(progress).map(|()| image)
         };
-        Ok(Self { bands: (0..products.bands()).map(measured).collect::<Result<_, _>>()? })
+        Ok(Self { bands: (0..bands.number()).map(measured).collect::<Result<_, _>>()? })
     }
 
     /// The search was complete, and some small pixels have larger errors.

@@ -2,10 +2,9 @@
 
 use crate::error::RenderError;
 use crate::image::Image;
-use crate::output::ProductRows;
-use crate::parallel::prelude::*;
+use crate::output::Bands;
 use crate::progress::Progress;
-use crate::radiance::{PixelRows, rows_at_once};
+use crate::radiance::PixelRows;
 use crate::rendering::RenderStats;
 use crate::tree::StopReason;
 use core::ops::Range;
@@ -17,7 +16,7 @@ const BLOCK_PIXELS: usize = 1 << 22;
 /// An image, or a band of a cube, whose rows are made when they are asked for.
 pub struct LargeImage<'a> {
     pub(super) rows: PixelRows<'a>,
-    pub(super) products: Arc<dyn ProductRows>,
+    pub(super) bands: Arc<dyn Bands + 'a>,
     /// The number of the band.
     pub(super) band: usize,
     pub(super) stats: RenderStats,
@@ -59,7 +58,7 @@ impl LargeImage<'_> {
     ///
     /// If a row is not one of the image.
     pub fn values(&self, rows: Range<usize>) -> Image {
-        self.block(rows, 0.0, |row, values| self.products.means(self.band, row, values))
+        self.bands.values(self.band, rows)
     }
 
     /// Their estimated |errors|.
@@ -68,13 +67,12 @@ impl LargeImage<'_> {
     ///
     /// If a row is not one of the image.
     pub fn errors(&self, rows: Range<usize>) -> Image {
-        let unexplained = self.products.unexplained(self.band);
-        self.block(rows, unexplained, |row, values| self.products.errors(self.band, row, values))
+        self.bands.errors(self.band, rows)
     }
 
     /// The solid angles of the pixels of some rows \[sr\].
     pub fn solid_angles(&self, rows: Range<usize>) -> Image {
-        self.filled(rows, |row, angles| self.rows.solid_angles(row, angles))
+        self.rows.block(rows, |row, angles| self.rows.solid_angles(row, angles))
     }
 
     /// The rows of the image in blocks that take some ten MiB each, in their order.
@@ -82,34 +80,6 @@ impl LargeImage<'_> {
         let [height, width] = self.rows.shape;
         let rows = (BLOCK_PIXELS / width).clamp(1, height);
         (0..height).step_by(rows).map(move |first| first..(first + rows).min(height))
-    }
-
-    /// Rows of means over pixels as radiances, with `more` added to each; NaN where the projection has no image.
-    fn block(
-        &self,
-        rows: Range<usize>,
-        more: f64,
-        fill: impl Fn(usize, &mut [f64]) + Sync,
-    ) -> Image {
-        let width = self.rows.shape[1];
-        self.filled(rows, |row, values| {
-            let mut scale = vec![0.0; width];
-            self.rows.radiances_per_density(row, &mut scale);
-            fill(row, values);
-            for (value, scale) in values.iter_mut().zip(scale) {
-                *value = if scale == 0.0 { f64::NAN } else { *value * scale + more };
-            }
-        })
-    }
-
-    fn filled(&self, rows: Range<usize>, fill: impl Fn(usize, &mut [f64]) + Sync) -> Image {
-        let [height, width] = self.rows.shape;
-        assert!(rows.end <= height, "rows {rows:?} of an image of {height}");
-        let mut block = Image::zeros(rows.len(), width);
-        let of_rows = block.pixels_mut().par_chunks_mut(width).enumerate();
-        let of_rows = of_rows.with_min_len(rows_at_once(width));
-        of_rows.for_each(|(number, values)| fill(rows.start + number, values));
-        block
     }
 
     /// Finds the largest pixel and the largest error, unless `progress` ends it.
@@ -121,7 +91,7 @@ impl LargeImage<'_> {
             if progress.is_some_and(|progress| progress(self.stats.evaluations).is_break()) {
                 return Err(RenderError::Interrupted);
             }
-            let values = self.values(rows.clone());
+            let [values, errors] = self.bands.maps(self.band, rows.clone());
             for (number, &value) in values.pixels().iter().enumerate() {
                 if value.is_infinite() {
                     let width = self.rows.shape[1];
@@ -131,7 +101,6 @@ impl LargeImage<'_> {
                 self.largest = self.largest.max(value.abs());
                 self.range = [self.range[0].min(value), self.range[1].max(value)];
             }
-            let errors = self.errors(rows);
             let of_block = errors.pixels().iter().copied().fold(0.0, f64::max);
             self.largest_error = self.largest_error.max(of_block);
         }

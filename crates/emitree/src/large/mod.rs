@@ -21,6 +21,7 @@ use crate::memory::{check_size, largest_that_fits};
 use crate::meter::RowsWanted;
 use crate::options::{Method, RenderOptions};
 use crate::projection::Projection;
+use crate::radiance::PixelRows;
 use crate::session::{Kept, Session};
 use crate::vol::VolOptions;
 use std::sync::Arc;
@@ -55,7 +56,7 @@ const SECOND_TOLERANCE: f64 = 0.9;
 ///
 /// # Errors
 ///
-/// [`RenderError::NotByRows`] if the view has limbs, faces of bounds or planes that divide it, if g has no
+/// [`RenderError::NotByRows`] if the view has the rim of a disc, and neither bodies nor bounds, if g has no
 /// low-rank approximation to the tolerance, if the medium absorbs, with another method than
 /// [`Method::Vol`], with errors by pixel, weights or sums. Others as [`render`](crate::render()).
 pub fn render_large<'a, E: Emission>(
@@ -90,7 +91,7 @@ pub fn render_large<'a, E: Emission>(
 ///
 /// # Errors
 ///
-/// As [`render_large`].
+/// As [`render_large`], and [`RenderError::NotByRows`] if a body, bounds, an edge or a singular point divides the view.
 pub fn render_large_cube<'a, E: Emission>(
     emission: &E,
     projection: &'a dyn Projection,
@@ -128,9 +129,11 @@ pub fn render_large_cube<'a, E: Emission>(
         }
         let products = session.products();
         let stats = session.into_rendering()?.stats;
-        let products = products.ok_or_else(|| wanted.refused("it has no products"))?;
-        let (rows, progress) = (products.of_shape(shape), options.progress);
-        let mut cube = LargeCube::measured(projection, shape, rows, stats, progress)?;
+        let pixels = PixelRows { projection, shape };
+        let bands = products.and_then(|products| products.bands(pixels));
+        let bands = bands.ok_or_else(|| wanted.refused("it has no products"))?;
+        let progress = options.progress;
+        let mut cube = LargeCube::measured(pixels, bands, stats, progress)?;
         let is_within = cube.estimated_error() <= vol.tolerance;
         if is_within || tolerance < vol.tolerance {
             if !is_within {

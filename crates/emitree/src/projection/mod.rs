@@ -26,6 +26,7 @@ mod surroundings;
 pub(crate) mod map;
 pub(crate) mod path;
 mod plane;
+pub(crate) mod rows;
 mod span;
 pub(crate) mod vector;
 mod view_geometry;

@@ -9,9 +9,9 @@ use crate::error::{OptionError, RenderError};
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::mesh::start::Structure;
-use crate::meter::{Meter, RowsWanted};
+use crate::meter::Meter;
 use crate::output::MethodOutput;
-use crate::projection::charts::{Atlas, FoundCut, FoundEdge};
+use crate::projection::charts::{FoundCut, FoundEdge};
 use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::VolOptions;
@@ -22,16 +22,17 @@ use crate::vol::engine::{
 use crate::vol::error_weights::ErrorWeights;
 use crate::vol::lowrank::attempted::Attempted;
 use crate::vol::lowrank::channel::CubeView;
-use crate::vol::lowrank::start::{Division, Start};
+use crate::vol::lowrank::start::Start;
 use crate::vol::lowrank::{self, ImageOf};
 use crate::vol::pixel_lines::PixelLines;
 use crate::vol::sampling::Stop;
 use crate::vol::seeds::check_seeds;
 use crate::vol::surfaces::{self, FirstImage};
 use crate::vol::tuning::TUNING;
+use crate::vol::view::division::{Division, atlas, atlas_of_box};
 use crate::vol::view::edges::{cost_of_edges, find_edges};
 use crate::vol::view::faces::reaches_faces_at;
-use crate::vol::view::part::{Part, Parts, SeenCharts, atlas, atlas_of_box, layered_parts, parts};
+use crate::vol::view::part::{Part, Parts, SeenCharts, layered_parts, parts};
 use crate::vol::view::scattered::KnownParts;
 use std::sync::Arc;
 
@@ -126,28 +127,17 @@ async fn to_tolerance(
     let mut has_tried_halves = false;
     let mut unfinished: Option<MethodOutput> = None;
     loop {
-        let Division { edges, cuts, is_halved, depths, stretch, is_by_faces, layered_from } =
-            &division;
-        let atlas = match is_by_faces {
-            true => atlas_of_box(tiles),
-            false => atlas(tiles, edges).map(|atlas| atlas.with_weights(depths).with_cuts(cuts)),
-        };
-        let atlas = if *is_halved { atlas.map(Atlas::with_halves) } else { atlas };
-        let atlas = match layered_from {
-            // Layers of the image plane need fewer evaluations than those of angles about the centre.
-            Some(from) => atlas
-                .filter(|atlas| !atlas.is_inside_bounds())
-                .map(|atlas| atlas.with_layers(*from)),
-            None => atlas,
-        };
+        let Division { cuts, is_halved, stretch, layered_from, .. } = &division;
+        let atlas = division.atlas(tiles);
         let layered = layered_from.and_then(|from| layered_parts(tiles, *stretch, from));
-        let parts = match (seen.take(), &atlas, layered) {
+        let mut parts = match (seen.take(), &atlas, layered) {
             (Some(seen), Some(atlas), _) => seen.parts(tiles, atlas),
             (_, None, Some(layered)) => layered,
             _ => parts(tiles, atlas.as_ref(), *stretch),
         };
+        parts.division = division.clone();
         if let Some(wanted) = meter.rows_wanted() {
-            check_rows(&parts, wanted)?;
+            checks::check_rows(&parts, axis.is_some(), wanted)?;
         }
         meter.check_time()?;
         start = serving(start, &division, parts.parts.len(), axis, meter)?;
@@ -243,23 +233,6 @@ async fn to_tolerance(
             frozen.structure = Some(Structure::new(start, has_products));
         }
         return Ok(with_share_of_allowed(made, vol));
-    }
-}
-
-/// Refuses a view whose image can't be made of products row by row, before anything is evaluated in its parts.
-fn check_rows(parts: &Parts<'_>, wanted: RowsWanted) -> Result<(), MethodError> {
-    match &parts.parts[..] {
-        [part] if part.footing.is_raster_of_pixels() => Ok(()),
-        [_] => {
-            Err(wanted
-                .refused("its bounds, a singular point or the rim of a disc divide its pixels"))
-        }
-        several => {
-            let number = several.len();
-            Err(wanted.refused(format!(
-                "its view is divided into {number} parts (by a body, by bounds, or by planes)"
-            )))
-        }
     }
 }
 

@@ -1,9 +1,11 @@
-//! Checks of the options.
+//! Checks of the options, and of views whose images are to be made row by row.
 
 use crate::energy::EnergyAxis;
 use crate::error::OptionError;
 use crate::exchange::MethodError;
 use crate::image::Image;
+use crate::meter::RowsWanted;
+use crate::vol::view::part::Parts;
 use crate::vol::{BASE_LEVELS, PixelTolerance, VolOptions};
 
 /// Returns an error if an option is out of range.
@@ -61,4 +63,25 @@ fn check_weights(weights: &Image, shape: [usize; 2]) -> Result<(), OptionError> 
         true => Ok(()),
         false => Err(OptionError::NoWeights),
     }
+}
+
+/// Refuses a view whose bands can't be made of products row by row, before anything is evaluated in its parts.
+pub(super) fn check_rows(
+    parts: &Parts<'_>,
+    is_cube: bool,
+    wanted: RowsWanted,
+) -> Result<(), MethodError> {
+    let parts = &parts.parts[..];
+    if parts.iter().all(|part| part.footing.is_raster_of_pixels()) {
+        return Ok(());
+    }
+    if parts.iter().any(|part| part.footing.is_of_pixels()) {
+        return Err(wanted.refused("the rim of a disc divides its pixels"));
+    }
+    if is_cube {
+        return Err(wanted.refused(
+            "a body, bounds, an edge or a singular point divides its view, and it is a cube",
+        ));
+    }
+    Ok(())
 }

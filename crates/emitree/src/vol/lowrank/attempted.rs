@@ -10,15 +10,16 @@ use crate::projection::charts::stretch::Stretch;
 use crate::tree::StopReason;
 use crate::vol::VolOptions;
 use crate::vol::error_weights::ErrorWeights;
+use crate::vol::lowrank::divided_rows::{DividedProducts, ProductsOfChart};
 use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::lowrank::maps::Maps;
-use crate::vol::lowrank::rows::Checked;
+use crate::vol::lowrank::rows::{Checked, PlaneProducts};
 use crate::vol::lowrank::start::{CubeStart, Functions};
 use crate::vol::lowrank::{Attempt, Probed};
 use crate::vol::tuning::TUNING;
 use crate::vol::view::frozen::FrozenView;
 use crate::vol::view::lines::{FunctionOfPart, LinesInView};
-use crate::vol::view::part::{Footing, Parts, ProductImage};
+use crate::vol::view::part::{Footing, Part, Parts, ProductImage};
 use crate::vol::view::products::FrozenProducts;
 use crate::vol::view::scattered::{KnownParts, PartSamples};
 use std::sync::Arc;
@@ -59,6 +60,8 @@ pub(crate) struct Attempted {
     pub(crate) cube_start: Option<Arc<CubeStart>>,
     /// The products of the parts.
     pub(super) interpolants: Vec<Option<Arc<Interpolant>>>,
+    /// The same with their residuals, if the image is to be made row by row.
+    pub(super) checked: Vec<Arc<Checked>>,
     /// Why the image of a part is not complete, if one is not.
     ending: StopReason,
 }
@@ -130,6 +133,7 @@ impl Attempted {
             of_first: None,
             cube_start: None,
             interpolants: vec![None; parts.parts.len()],
+            checked: Vec::new(),
             ending: StopReason::Complete,
         }
     }
@@ -190,7 +194,13 @@ impl Attempted {
         let mut placed: Vec<Placed> = Vec::new();
         let interpolant = Arc::new(attempt.search.interpolant.clone());
         self.interpolants[number] = Some(Arc::clone(&interpolant));
+        let wants_rows = attempt.meter.rows_wanted().is_some();
+        if wants_rows && footing.is_raster_of_pixels() {
+            let interpolant = attempt.search.interpolant.clone();
+            self.checked.push(Arc::new(Checked { interpolant, residuals }));
+        }
         let is_image = footing.is_of_pixels() && parts.parts.len() == 1;
+        let mut divided = None;
         let mut lines = None;
         let maps = if is_image {
             let means = |shape| attempt.search.interpolant.means(shape);
@@ -211,7 +221,13 @@ impl Attempted {
             lines = lines_of(attempt.vol, parts, &products, known.largest);
             let allowed = TUNING.view.quadrature_share * attempt.vol.tolerance;
             let (maps, footings) = match attempt.vol.is_uniform() {
-                true => parts.image_of_products(&products, allowed * known.largest, None),
+                true => {
+                    let allowed = allowed * known.largest;
+                    if wants_rows {
+                        divided = divided_products(parts, &products, [allowed, known.largest]);
+                    }
+                    parts.image_of_products(&products, allowed, None)
+                }
                 false => {
                     // The error allowed in a pixel depends on the image itself.
                     let ([image, error], _) =
@@ -244,10 +260,11 @@ impl Attempted {
         if is_image && footing.is_raster_of_pixels() && wants_model {
             made.model = Some(Arc::new(attempt.search.interpolant.clone()));
         }
-        if is_image && footing.is_raster_of_pixels() && attempt.meter.rows_wanted().is_some() {
-            let interpolant = attempt.search.interpolant.clone();
-            made.products = Some(Arc::new(Checked { interpolant, residuals }));
-        }
+        made.products = match divided {
+            Some(divided) => Some(Arc::new(divided)),
+            None if self.checked.is_empty() => None,
+            None => Some(Arc::new(PlaneProducts::of_image(self.checked.clone()))),
+        };
         if attempt.meter.freezes() && attempt.search.view.energies.is_empty() {
             made.frozen =
                 Some(Arc::new(frozen_of(parts, &[(placed, vec![1.0])], made.cube.shape())));
@@ -256,4 +273,21 @@ impl Attempted {
         }
         self.found = Some(made);
     }
+}
+
+/// The products of charts, if all parts are on charts, given the error of the quadrature allowed in a pixel and the
+/// largest pixel.
+fn divided_products(
+    parts: &Parts<'_>,
+    products: &[ProductImage],
+    [allowed, largest]: [f64; 2],
+) -> Option<DividedProducts> {
+    let of_chart = |(part, product): (&Part<'_>, &ProductImage)| {
+        let Footing::Nodes { chart, window, .. } = *part.footing else { return None };
+        Some(ProductsOfChart { chart, window, product: product.clone() })
+    };
+    let charts: Option<Vec<_>> = parts.parts.iter().zip(products).map(of_chart).collect();
+    let (division, first) = (parts.division.clone(), parts.parts.first()?);
+    let shape = first.footing.shape_of_image(&first.scale);
+    Some(DividedProducts { division, shape, charts: Arc::new(charts?), allowed, largest })
 }

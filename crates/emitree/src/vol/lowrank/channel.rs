@@ -4,13 +4,13 @@ use crate::cube::Cube;
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
-use crate::output::Products;
 use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::VolOptions;
 use crate::vol::dyadic::unit;
 use crate::vol::lowrank::attempted::{Attempted, Placed};
 use crate::vol::lowrank::interpolant::Interpolant;
+use crate::vol::lowrank::rows::Checked;
 use crate::vol::lowrank::start::{Functions, Start};
 use crate::vol::lowrank::{ImageOf, Probed, attempt};
 use crate::vol::spectrum::bins::Bins;
@@ -68,8 +68,8 @@ pub(super) struct Channel {
     /// The functions of the parts, if a frozen quadrature is made.
     pub(super) functions: Vec<Option<Functions>>,
     pub(super) placed: Vec<Placed>,
-    /// What its image is made of row by row, if it is to be.
-    pub(super) rows: Option<Arc<dyn Products>>,
+    /// What its image is made of row by row, if it is to be; else nothing.
+    pub(super) checked: Vec<Arc<Checked>>,
     /// The products of each part.
     products: Vec<Arc<Interpolant>>,
 }
@@ -87,7 +87,7 @@ impl Channel {
             is_complete: made.ending == StopReason::Complete,
             functions: attempted.functions,
             placed: attempted.placed,
-            rows: made.products,
+            checked: attempted.checked,
             products: products?,
         })
     }

@@ -11,7 +11,7 @@ use crate::vol::VolOptions;
 use crate::vol::dyadic::unit;
 use crate::vol::lowrank::attempted::{Attempted, FoundCube, frozen_of};
 use crate::vol::lowrank::channel::{Channel, ChannelTarget, CubeView};
-use crate::vol::lowrank::rows::WeightedProducts;
+use crate::vol::lowrank::rows::PlaneProducts;
 use crate::vol::lowrank::spectral_places::{checks, points};
 use crate::vol::lowrank::start::{CubeStart, Start};
 use crate::vol::sampling::{Stop, View};
@@ -316,11 +316,15 @@ impl<'a> CubeSearch<'a> {
         output.energies =
             energies.selected.iter().map(|one| self.axis.energy(unit(one.place))).collect();
         output.energies.sort_by(f64::total_cmp);
-        let rows: Option<Vec<_>> = self.channels.iter().map(|of| of.rows.clone()).collect();
-        if let Some(channels) = rows {
+        let products = self.channels.iter().flat_map(|of| &of.checked).cloned();
+        let products: Vec<_> = products.collect();
+        if !products.is_empty() {
             let unexplained = self.spectra.unexplained.clone();
-            let weights = self.weights();
-            output.products = Some(Arc::new(WeightedProducts { channels, weights, unexplained }));
+            // All parts of a channel have its weight.
+            let of_parts = |(weight, of): (f64, &Channel)| vec![weight; of.checked.len()];
+            let of_band = |of: Vec<f64>| of.into_iter().zip(&self.channels).flat_map(of_parts);
+            let weights = self.weights().into_iter().map(|of| of_band(of).collect()).collect();
+            output.products = Some(Arc::new(PlaneProducts { products, weights, unexplained }));
         }
         let has_functions = |of: &Channel| of.functions.iter().all(Option::is_some);
         if !(meter.freezes() && self.channels.iter().all(has_functions)) {

@@ -11,7 +11,7 @@
 //! * `probes`: residuals at scattered points, and the error of each pixel;
 //! * `maps`: image and error of a part;
 //! * `attempted`: the result of the searches of all parts;
-//! * `rows`: the image row by row;
+//! * `rows`, `divided_rows`: the image row by row, of an image plane and of charts;
 //! * `channel`: products at one energy;
 //! * `spectral_places`, `cube`: a spectral cube, from products at a few energies;
 //! * `frozen`: the interpolant as a linear map from its values at the pivots;
@@ -38,6 +38,7 @@ mod kinks;
 mod maps;
 mod probes;
 mod rows;
+mod divided_rows;
 mod trial_run;
 mod scaling;
 mod search;

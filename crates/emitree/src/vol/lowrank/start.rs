@@ -5,41 +5,11 @@
 //! at scattered samples show whether they do, as for a G of their own.
 
 use crate::energy::EnergyAxis;
-use crate::projection::charts::stretch::Stretch;
-use crate::projection::charts::{Atlas, FittedDepth, FoundCut, FoundEdge};
 use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::spectrum::energies::Energies;
+use crate::vol::view::division::Division;
 use crate::vol::view::tree_start::TreeStart;
 use std::sync::Arc;
-
-/// How a view is divided, as samples of G have shown.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Division {
-    /// Surfaces at which the emission begins.
-    pub(crate) edges: Vec<FoundEdge>,
-    /// Azimuths at which charts end.
-    pub(crate) cuts: Vec<FoundCut>,
-    /// Whether the depths of charts are divided at the points nearest to a centre.
-    pub(crate) is_halved: bool,
-    /// The weights of the coordinates of depth in some charts.
-    pub(crate) depths: Vec<FittedDepth>,
-    /// The stretch of the depth of an image plane.
-    pub(crate) stretch: Option<Stretch>,
-    /// Whether lines are divided by the faces at which they enter and leave bounds that are a box.
-    pub(crate) is_by_faces: bool,
-    /// The least cosine between the line of sight in the middle and the normals of planes that divide the image plane
-    /// into layers, if they do.
-    pub(crate) layered_from: Option<f64>,
-}
-
-impl Division {
-    /// Whether an atlas of a view has all surfaces and charts that are named.
-    pub(crate) fn fits(&self, atlas: Option<&Atlas<'_>>) -> bool {
-        let Some(atlas) = atlas else { return self.cuts.is_empty() && self.depths.is_empty() };
-        self.cuts.iter().all(|cut| atlas.has_shells(cut.shells))
-            && self.depths.iter().all(|fitted| atlas.has_shells(fitted.shells))
-    }
-}
 
 /// The functions of an interpolant.
 #[derive(Clone, Debug)]

@@ -20,7 +20,7 @@ use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::options::{Minimize, VolOptions};
 use crate::vol::tuning::TUNING;
-use crate::vol::view::part::atlas;
+use crate::vol::view::division::atlas;
 use lattice_image::{LatticeImage, largest_around};
 use steps::{CheckLine, LineValue, Steps};
 

@@ -6,17 +6,18 @@
 
 use crate::image::Image;
 use crate::projection::Chart;
+use crate::projection::charts::Atlas;
 use crate::projection::charts::FittedDepth;
 use crate::projection::charts::chart::Window;
 use crate::projection::charts::depth::Weights;
 use crate::projection::charts::layer::{Layer, layers};
 use crate::projection::charts::remapped::{Remap, Remapped};
 use crate::projection::charts::stretch::{Stretch, StretchTable};
-use crate::projection::charts::{Atlas, FoundEdge};
 use crate::radiance::radiance_per_density;
 use crate::tile::Tile;
-use crate::vol::tuning::{TUNING, is_plane_forced};
+use crate::vol::tuning::TUNING;
 use crate::vol::view::chart_nodes::ChartNodes;
+use crate::vol::view::division::{Division, atlas_of_box};
 use crate::vol::view::pixel_rule::{Crossing, RuleNode};
 use crate::vol::view::products::{FrozenProducts, RasterMeans};
 use crate::vol::view::quadrature::{ChartInView, ChartsInView, Quadrature};
@@ -66,6 +67,8 @@ pub(crate) enum Footing {
 /// The parts of a view.
 pub(crate) struct Parts<'a> {
     pub(crate) parts: Vec<Part<'a>>,
+    /// What the parts follow from.
+    pub(crate) division: Division,
     /// The numbers of the pixels that belong to no image.
     pub(crate) outside: Vec<usize>,
     quadrature: Quadrature<'a>,
@@ -86,21 +89,6 @@ pub(crate) struct ProductImage {
     pub(crate) errors: Image,
     /// The products themselves, if a frozen quadrature is made.
     pub(crate) frozen: Option<FrozenProducts>,
-}
-
-/// The atlas of a view with the edges found, if there are limbs.
-pub(crate) fn atlas<'a>(tiles: &[Tile<'a>], found: &[FoundEdge]) -> Option<Atlas<'a>> {
-    if is_plane_forced() {
-        return None;
-    }
-    let planes = tiles.iter().filter_map(|tile| tile.projection.view_geometry());
-    Atlas::new(planes.collect(), tiles.first()?.shape, found)
-}
-
-/// The atlas of a view whose only surfaces are those of bounds that are a box.
-pub(crate) fn atlas_of_box<'a>(tiles: &[Tile<'a>]) -> Option<Atlas<'a>> {
-    let planes = tiles.iter().filter_map(|tile| tile.projection.view_geometry());
-    Atlas::of_box(planes.collect())
 }
 
 /// The parts of a view with this atlas; without one, the image plane of each tile, whatever limbs there are,
@@ -138,7 +126,8 @@ pub(crate) fn parts<'a>(
     let is_stretched = stretch.is_some();
     let has_box = atlas_of_box(tiles).is_some();
     let crossings = quadrature.crossings_of_rim();
-    Parts { parts, outside, quadrature, crossings, is_stretched, has_box }
+    let division = Division::default();
+    Parts { parts, division, outside, quadrature, crossings, is_stretched, has_box }
 }
 
 /// The image plane of a tile as a chart, with this stretch of its depth.
@@ -223,7 +212,7 @@ struct SeenChart {
 impl SeenCharts {
     fn new<'a>(tiles: &[Tile<'a>], atlas: &'a Atlas<'a>) -> Self {
         let (_, mut outside) = scales_and_outside(tiles);
-        let ChartsInView { charts, most_pieces, outside: beyond, crossings } =
+        let ChartsInView { charts, most_pieces, outside: beyond, crossings, .. } =
             Quadrature::new(Some(atlas), tiles).charts_in_view(atlas);
         outside.extend(beyond);
         let pixels = tiles.iter().map(|tile| tile.shape[0] * tile.shape[1]).sum::<usize>();
@@ -253,7 +242,8 @@ impl SeenCharts {
         let (outside, crossings) = (self.outside, self.crossings);
         let parts = self.charts.into_iter().map(part).collect();
         let (is_stretched, has_box) = (false, false);
-        Parts { parts, outside, quadrature, crossings, is_stretched, has_box }
+        let division = Division::default();
+        Parts { parts, division, outside, quadrature, crossings, is_stretched, has_box }
     }
 }
 

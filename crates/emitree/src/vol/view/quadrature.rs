@@ -54,6 +54,8 @@ pub(crate) struct ChartsInView {
     pub(crate) most_pieces: usize,
     /// The numbers of the pixels without a node in the image.
     pub(crate) outside: Vec<usize>,
+    /// The numbers of the pixels with nodes in other charts.
+    pub(crate) elsewhere: Vec<usize>,
     /// Whether edges cross the pixels.
     pub(crate) crossings: Vec<Crossing>,
 }
@@ -102,26 +104,59 @@ impl<'a> Quadrature<'a> {
         self.tile[0].max(self.tile[1]) < SMALL
     }
 
-    /// The nodes of all pixels in the charts of the atlas.
+    /// The nodes of all pixels in the charts of the atlas, in windows that contain them.
     pub(crate) fn charts_in_view(&self, atlas: &Atlas<'_>) -> ChartsInView {
-        let shape = self.shape();
-        let of_block = |block| self.nodes_of_rows(block, atlas);
-        let blocks: Vec<Vec<Row>> = (0..self.blocks()).into_par_iter().map(of_block).collect();
-        let rows: Vec<Row> = blocks.into_iter().flatten().collect();
+        let rows = self.rows(atlas);
         let is_in_view = |chart: &usize| rows.iter().any(|row| !row.of_charts[*chart].is_empty());
-        let charts = (0..atlas.len()).filter(is_in_view).map(|chart| {
+        let of_chart = |chart: usize| {
             let nodes = rows.iter().flat_map(|row| &row.of_charts[chart]);
             let places = nodes.map(|node| node.place);
-            let window = window(atlas.natural_ends(chart), atlas.sector_rad(chart), places);
+            (chart, window(atlas.natural_ends(chart), atlas.sector_rad(chart), places))
+        };
+        let windows: Vec<(usize, Window)> =
+            (0..atlas.len()).filter(is_in_view).map(of_chart).collect();
+        self.in_windows(rows, windows.into_iter())
+    }
+
+    /// The nodes of all pixels in these windows of charts of the atlas.
+    pub(crate) fn charts_in_windows(
+        &self,
+        atlas: &Atlas<'_>,
+        windows: impl Iterator<Item = (usize, Window)>,
+    ) -> ChartsInView {
+        self.in_windows(self.rows(atlas), windows)
+    }
+
+    /// The nodes of all rows of pixels.
+    fn rows(&self, atlas: &Atlas<'_>) -> Vec<Row> {
+        let of_block = |block| self.nodes_of_rows(block, atlas);
+        let blocks: Vec<Vec<Row>> = (0..self.blocks()).into_par_iter().map(of_block).collect();
+        blocks.into_iter().flatten().collect()
+    }
+
+    fn in_windows(
+        &self,
+        rows: Vec<Row>,
+        windows: impl Iterator<Item = (usize, Window)>,
+    ) -> ChartsInView {
+        let shape = self.shape();
+        let charts = windows.map(|(chart, window)| {
             let nodes = rows.par_iter().flat_map_iter(|row| &row.of_charts[chart]);
             let nodes = nodes.map(|node| in_window(&window, node)).collect();
             ChartInView { chart, window, nodes: ChartNodes::new(shape, nodes) }
         });
-        let charts = charts.collect();
+        let charts: Vec<ChartInView> = charts.collect();
+        let mut elsewhere: Vec<usize> = rows
+            .iter()
+            .flat_map(|row| row.of_charts.iter().enumerate())
+            .filter(|(chart, _)| charts.iter().all(|of| of.chart != *chart))
+            .flat_map(|(_, nodes)| nodes.iter().map(|node| node.pixel))
+            .collect();
+        elsewhere.dedup();
         let most_pieces = rows.iter().map(|row| row.most_pieces).max().unwrap_or(1);
         let outside = rows.iter().flat_map(|row| row.outside.iter().copied()).collect();
         let crossings = rows.into_iter().flat_map(|row| row.crossings).collect();
-        ChartsInView { charts, most_pieces, outside, crossings }
+        ChartsInView { charts, most_pieces, outside, elsewhere, crossings }
     }
 
     /// The nodes of the rows of pixels of a block.

@@ -6,7 +6,8 @@ use crate::projection::{
 };
 use crate::tile::Tile;
 use crate::vol::testing::{assert_close, uniform};
-use crate::vol::view::part::{Footing, Parts, atlas, parts};
+use crate::vol::view::division::atlas;
+use crate::vol::view::part::{Footing, Parts, parts};
 use crate::vol::view::quadrature::Quadrature;
 use crate::{Fisheye, Orthographic, Perspective, Viewpoint};
 use core::f64::consts::{PI, TAU};

@@ -1,0 +1,144 @@
+//! The image of interpolants on the charts of a view, row by row, for one that is larger than the memory.
+//!
+//! The charts and the functions on them are those of an image of few pixels. The quadrature of pixels is made for some
+//! rows at a time, as a view of their own, and compared with a finer one like that of any other image.
+
+use crate::image::Image;
+use crate::output::{Bands, Products};
+use crate::projection::charts::Atlas;
+use crate::projection::charts::chart::Window;
+use crate::projection::rows::RowsOfView;
+use crate::radiance::PixelRows;
+use crate::tile::Tile;
+use crate::vol::view::division::Division;
+use crate::vol::view::part::ProductImage;
+use crate::vol::view::products::RasterMeans;
+use crate::vol::view::quadrature::Quadrature;
+use crate::vol::view::raster::Raster;
+use crate::vol::view::settle::{NodesInView, Settled};
+use core::ops::Range;
+use rustc_hash::FxHashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The pixels whose quadrature is made at once: its nodes take some 100 bytes for each.
+const PIXELS_AT_ONCE: usize = 1 << 18;
+
+/// The products of the charts of a view.
+#[derive(Debug)]
+pub(super) struct DividedProducts {
+    pub(super) division: Division,
+    /// Height and width of the image for which the view was divided.
+    pub(super) shape: [usize; 2],
+    pub(super) charts: Arc<Vec<ProductsOfChart>>,
+    /// The error of the quadrature that a pixel may have.
+    pub(super) allowed: f64,
+    /// The largest radiance.
+    pub(super) largest: f64,
+}
+
+/// The products of a chart: its number in the atlas, and what is in view of it.
+#[derive(Debug)]
+pub(super) struct ProductsOfChart {
+    pub(super) chart: usize,
+    pub(super) window: Window,
+    pub(super) product: ProductImage,
+}
+
+/// The image of the charts.
+struct DividedImage<'a> {
+    pixels: PixelRows<'a>,
+    atlas: Atlas<'a>,
+    charts: Arc<Vec<ProductsOfChart>>,
+    allowed: f64,
+    largest: f64,
+    /// The means of the functions over rasters that were needed before, by the number of the function and the shape.
+    means: Mutex<FxHashMap<(usize, [usize; 2]), Arc<Vec<f64>>>>,
+}
+
+impl Products for DividedProducts {
+    fn bands<'a>(&self, pixels: PixelRows<'a>) -> Option<Box<dyn Bands + 'a>> {
+        let tile = Tile { projection: pixels.projection, shape: self.shape, place: (0, 1) };
+        let (atlas, charts) = (self.division.atlas(&[tile])?, Arc::clone(&self.charts));
+        let Self { allowed, largest, .. } = *self;
+        let means = Mutex::default();
+        Some(Box::new(DividedImage { pixels, atlas, charts, allowed, largest, means }))
+    }
+}
+
+impl DividedImage<'_> {
+    /// The means of a function over a raster.
+    fn means(&self, number: usize, shape: [usize; 2]) -> Vec<f64> {
+        let mut means = self.means.lock().unwrap_or_else(PoisonError::into_inner);
+        let function: &dyn RasterMeans = &*self.charts[number].product.function;
+        let make = || Arc::new(function.means(shape));
+        means.entry((number, shape)).or_insert_with(make).to_vec()
+    }
+
+    /// Values and errors of so many rows that their quadrature fits in the memory.
+    fn maps_of_some(&self, rows: Range<usize>) -> [Image; 2] {
+        let [height, width] = self.pixels.shape;
+        let shape = [rows.len(), width];
+        let mut maps = [(); 2].map(|()| Image::zeros(rows.len(), width));
+        let y = [rows.start, rows.end].map(|row| row as f64 / height as f64);
+        let Some(view) = RowsOfView::new(self.pixels.projection, y) else { return maps };
+        let tiles = [Tile { projection: &view, shape, place: (0, 1) }];
+        let quadrature = Quadrature::new(Some(&self.atlas), &tiles);
+        let windows = self.charts.iter().map(|of| (of.chart, of.window));
+        let seen = quadrature.charts_in_windows(&self.atlas, windows);
+        let charts = seen.charts.iter();
+        let charts: Vec<NodesInView<'_>> = charts
+            .map(|of| NodesInView { chart: of.chart, window: of.window, nodes: &of.nodes })
+            .collect();
+        let means = |number: usize, shape| self.means(number, shape);
+        let Settled { nodes, error } =
+            quadrature.settle(&seen.crossings, &charts, &means, self.allowed, None);
+        let [values, errors] = &mut maps;
+        *errors = error;
+        for (number, (mut nodes, of)) in nodes.into_iter().zip(&*self.charts).enumerate() {
+            let raster = Raster::new(nodes.values_shape, self.means(number, nodes.values_shape));
+            nodes.add_image(&raster, values);
+            let on_raster = &of.product.errors;
+            nodes.errors_shape = [on_raster.height(), on_raster.width()];
+            nodes.add_errors(on_raster, errors);
+        }
+        // What is seen of charts that no pixel of the search sees is not known.
+        for pixel in seen.elsewhere {
+            errors.pixels_mut()[pixel] += self.largest;
+        }
+        for map in &mut maps {
+            seen.outside.iter().for_each(|&pixel| map.pixels_mut()[pixel] = f64::NAN);
+        }
+        maps
+    }
+}
+
+impl Bands for DividedImage<'_> {
+    fn number(&self) -> usize {
+        1
+    }
+
+    fn values(&self, band: usize, rows: Range<usize>) -> Image {
+        let [values, _] = self.maps(band, rows);
+        values
+    }
+
+    fn errors(&self, band: usize, rows: Range<usize>) -> Image {
+        let [_, errors] = self.maps(band, rows);
+        errors
+    }
+
+    fn maps(&self, _: usize, rows: Range<usize>) -> [Image; 2] {
+        let width = self.pixels.shape[1];
+        let at_once = (PIXELS_AT_ONCE / width).max(1);
+        let mut maps = [(); 2].map(|()| Image::zeros(rows.len(), width));
+        for first in (0..rows.len()).step_by(at_once) {
+            let last = (first + at_once).min(rows.len());
+            let some = self.maps_of_some(rows.start + first..rows.start + last);
+            for (map, some) in maps.iter_mut().zip(some) {
+                let pixels = &mut map.pixels_mut()[first * width..last * width];
+                pixels.copy_from_slice(some.pixels());
+            }
+        }
+        maps
+    }
+}
