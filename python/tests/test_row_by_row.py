@@ -47,6 +47,30 @@ def test_a_large_cube_has_the_means_of_a_small_one(tmp_path):
     np.testing.assert_allclose(mean, small.image.mean(axis=(1, 2)), rtol=2e-2)
 
 
+def test_a_view_with_a_planet_has_the_pixels_of_a_rendering(tmp_path):
+    planet = emitree.Sphere(center=(0, 0, 0), radius=1)
+    camera = emitree.Perspective(position=(7, 1, 0), target=(0, 0, 0), field_of_view=(30, 24))
+    options = {
+        "occulters": [planet],
+        "tolerance": 1e-3,
+        "bounds": emitree.Sphere(center=(0, 0, 0), radius=4),
+    }
+
+    def halo(position, direction):
+        return np.exp(-np.linalg.norm(position, axis=1))
+
+    whole = emitree.render(halo, camera, (120, 150), **options)
+    path = tmp_path / "image.fits"
+    report = emitree.render_to_fits(halo, camera, (120, 150), path, **options)
+    assert report["converged"]
+    assert report["evaluations"] <= whole.evaluations
+    image = fits.getdata(path)
+    # Both are within the tolerance.
+    assert np.abs(image - whole.image).max() < 2e-3 * whole.image.max()
+    with pytest.raises(emitree.RenderError, match="divides its view, and it is a cube"):
+        emitree.render_to_fits(glow, camera, (12, 15), path, energy=BINS, **options, overwrite=True)
+
+
 def test_files_that_are_there_stay(tmp_path):
     path = tmp_path / "image.fits"
     path.write_text("mine")

@@ -3,6 +3,7 @@
 
 use crate::heap::{available_bytes, measured};
 use crate::table::{Table, exponent, mebibytes, number};
+use core::convert::Infallible;
 use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
 use emitree::vol::Seed;
@@ -165,7 +166,7 @@ fn point(
 fn fastest(
     series: &str,
     along: f64,
-    make: impl Fn() -> Result<Rendering<Cube>, RenderError>,
+    make: impl Fn() -> Result<Rendering<Cube>, RenderError<Infallible>>,
     error: impl Fn(&Cube) -> Option<f64>,
 ) -> Result<Point, String> {
     let mut seconds = f64::INFINITY;

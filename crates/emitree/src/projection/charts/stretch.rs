@@ -24,23 +24,27 @@ impl Stretch {
         Self { centre, width, uniform, ends }
     }
 
-    /// The place t of the depth z, beyond \[0, 1\] if z is, and dt/dz.
-    fn place_and_density(&self, z: f64) -> (f64, f64) {
-        let x = (z - self.centre) / self.width;
+    /// The share of the places about the centre for each radian of the arc tangent.
+    fn share_of_radian(&self) -> f64 {
         let [from, to] = self.ends;
-        let share = (1.0 - self.uniform) / (to - from);
-        let place = self.uniform * z + share * (x.atan() - from);
-        (place, self.uniform + share / (self.width * (1.0 + x * x)))
+        (1.0 - self.uniform) / (to - from)
     }
 
-    /// The place t of the depth z.
+    /// The place t of the depth z, beyond \[0, 1\] if z is.
     pub(crate) fn place_of(&self, z: f64) -> f64 {
-        self.place_and_density(z).0
+        let x = (z - self.centre) / self.width;
+        self.uniform * z + self.share_of_radian() * (x.atan() - self.ends[0])
+    }
+
+    /// dt/dz at the depth z.
+    fn density(&self, z: f64) -> f64 {
+        let x = (z - self.centre) / self.width;
+        self.uniform + self.share_of_radian() / (self.width * (1.0 + x * x))
     }
 
     /// dz/dt at the depth z.
     pub(crate) fn slope_at(&self, z: f64) -> f64 {
-        1.0 / self.place_and_density(z).1
+        1.0 / self.density(z)
     }
 
     /// The depth z at the place t, and dz/dt.
@@ -56,7 +60,7 @@ impl Stretch {
         let lorentzian = self.centre + self.width * (from + t * (to - from)).tan();
         let mut z = lorentzian.clamp(0.0, 1.0);
         for _ in 0..MOST_STEPS {
-            let (place, density) = self.place_and_density(z);
+            let (place, density) = (self.place_of(z), self.density(z));
             if place < t {
                 low = z;
             } else {
