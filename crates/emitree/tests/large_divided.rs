@@ -1,4 +1,5 @@
 //! Images row by row of views that bodies, bounds and planes divide.
+#![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use emitree::large::{render_large, render_large_cube};
 use emitree::projection::{Bounds, Edge, Ellipsoid};

@@ -44,6 +44,9 @@ pub(super) struct ProductsOfChart {
     pub(super) product: ProductImage,
 }
 
+/// The number of a function, and the rows and columns of a raster.
+type RasterOf = (usize, [usize; 2]);
+
 /// The image of the charts.
 struct DividedImage<'a> {
     pixels: PixelRows<'a>,
@@ -51,8 +54,8 @@ struct DividedImage<'a> {
     charts: Arc<Vec<ProductsOfChart>>,
     allowed: f64,
     largest: f64,
-    /// The means of the functions over rasters that were needed before, by the number of the function and the shape.
-    means: Mutex<FxHashMap<(usize, [usize; 2]), Arc<Vec<f64>>>>,
+    /// The means of the functions over rasters that were needed before.
+    means: Mutex<FxHashMap<RasterOf, Vec<f64>>>,
 }
 
 impl Products for DividedProducts {
@@ -70,8 +73,7 @@ impl DividedImage<'_> {
     fn means(&self, number: usize, shape: [usize; 2]) -> Vec<f64> {
         let mut means = self.means.lock().unwrap_or_else(PoisonError::into_inner);
         let function: &dyn RasterMeans = &*self.charts[number].product.function;
-        let make = || Arc::new(function.means(shape));
-        means.entry((number, shape)).or_insert_with(make).to_vec()
+        means.entry((number, shape)).or_insert_with(|| function.means(shape)).clone()
     }
 
     /// Values and errors of so many rows that their quadrature fits in the memory.
