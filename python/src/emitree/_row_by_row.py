@@ -45,9 +45,10 @@ def render_to_fits(
 
     Returns `Rendering.report` of the image: its cost and its error.
 
-    Raises `RenderError` if the image can't be made row by row, with the reason: an emission without a
-    low-rank approximation, errors by pixel, a cube in a view that bodies, bounds or edges divide. Raises `FileExistsError`, and `OSError` if the disk has no room for the file, before
-    anything is evaluated.
+    Raises `RenderError` if the image can't be made row by row, with the reason: an emission without
+    a low-rank approximation, a singularity, errors by pixel, a cube in a view that bodies, bounds
+    or ellipsoidal edges divide. Raises `FileExistsError`, and `OSError` if the disk has no room for
+    the file, before anything is evaluated.
 
     >>> import emitree, os, tempfile
     >>> with tempfile.TemporaryDirectory() as folder:

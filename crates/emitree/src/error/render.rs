@@ -33,8 +33,8 @@ pub enum RenderError<E> {
     },
     /// The image or the cube can't be made row by row; nothing of its size was allocated.
     #[error(
-        "{} x {} pixels (height x width) can't be made row by row: {reason}: expected a smooth \
-         emission in a view without limbs{}",
+        "{} x {} pixels (height x width) can't be made row by row: {reason}: expected an emission \
+         with a low-rank approximation{}",
         shape[0], shape[1], or_as_a_whole(*shape, *fits)
     )]
     NotByRows {

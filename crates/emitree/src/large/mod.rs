@@ -38,8 +38,9 @@ const SECOND_TOLERANCE: f64 = 0.9;
 /// from a low-rank approximation. Memory grows with the height and the width, and not with their product.
 ///
 /// The guarantee is that of [`render`](crate::render()): each |error| is within the tolerance times the largest |pixel|. The
-/// values are those of `render`, bit by bit, up to 512 × 512 pixels; beyond, the search for the approximation takes
-/// fewer pixels, and may end a step earlier.
+/// values of a view that is one image plane are those of `render`, bit by bit, up to 512 × 512 pixels; beyond, the search for
+/// the approximation takes fewer pixels, and may end a step earlier. Beside limbs the quadrature of pixels is made for
+/// some rows at a time, and both are within their errors of each other.
 ///
 /// ```
 /// use emitree::large::render_large;
@@ -56,7 +57,8 @@ const SECOND_TOLERANCE: f64 = 0.9;
 ///
 /// # Errors
 ///
-/// [`RenderError::NotByRows`] if the view has the rim of a disc, and neither bodies nor bounds, if g has no
+/// [`RenderError::NotByRows`] if the view has the rim of a disc, but no charts (of bodies, bounds or edges), if a
+/// singularity of g is declared, if the image is a sky of several tiles, if g has no
 /// low-rank approximation to the tolerance, if the medium absorbs, with another method than
 /// [`Method::Vol`], with errors by pixel, weights or sums. Others as [`render`](crate::render()).
 pub fn render_large<'a, E: Emission>(
@@ -91,7 +93,7 @@ pub fn render_large<'a, E: Emission>(
 ///
 /// # Errors
 ///
-/// As [`render_large`], and [`RenderError::NotByRows`] if a body, bounds, an edge or a singular point divides the view.
+/// As [`render_large`], and [`RenderError::NotByRows`] if a body, bounds or an ellipsoidal edge divides the view.
 pub fn render_large_cube<'a, E: Emission>(
     emission: &E,
     projection: &'a dyn Projection,

@@ -71,6 +71,10 @@ pub(super) fn check_rows(
     is_cube: bool,
     wanted: RowsWanted,
 ) -> Result<(), MethodError> {
+    // The squares about a singularity are those of pixels of the search.
+    if parts.has_singularities() {
+        return Err(wanted.refused("a singularity of the emission is in its view"));
+    }
     let parts = &parts.parts[..];
     if parts.iter().all(|part| part.footing.is_raster_of_pixels()) {
         return Ok(());
@@ -79,9 +83,8 @@ pub(super) fn check_rows(
         return Err(wanted.refused("the rim of a disc divides its pixels"));
     }
     if is_cube {
-        return Err(wanted.refused(
-            "a body, bounds, an edge or a singular point divides its view, and it is a cube",
-        ));
+        return Err(wanted
+            .refused("a body, bounds or an ellipsoidal edge divides its view, and it is a cube"));
     }
     Ok(())
 }

@@ -7,6 +7,7 @@ use crate::output::MethodOutput;
 use crate::projection::charts::FittedDepth;
 use crate::projection::charts::chart::Window;
 use crate::projection::charts::stretch::Stretch;
+use crate::radiance::map_of_rows;
 use crate::tree::StopReason;
 use crate::vol::VolOptions;
 use crate::vol::error_weights::ErrorWeights;
@@ -60,7 +61,7 @@ pub(crate) struct Attempted {
     pub(crate) cube_start: Option<Arc<CubeStart>>,
     /// The products of the parts.
     pub(super) interpolants: Vec<Option<Arc<Interpolant>>>,
-    /// The same with their residuals, if the image is to be made row by row.
+    /// The same with their residuals, if the image is to be made row by row; else nothing.
     pub(super) checked: Vec<Arc<Checked>>,
     /// Why the image of a part is not complete, if one is not.
     ending: StopReason,
@@ -195,7 +196,7 @@ impl Attempted {
         let interpolant = Arc::new(attempt.search.interpolant.clone());
         self.interpolants[number] = Some(Arc::clone(&interpolant));
         let wants_rows = attempt.meter.rows_wanted().is_some();
-        if wants_rows && footing.is_raster_of_pixels() {
+        if wants_rows {
             let interpolant = attempt.search.interpolant.clone();
             self.checked.push(Arc::new(Checked { interpolant, residuals }));
         }
@@ -224,7 +225,8 @@ impl Attempted {
                 true => {
                     let allowed = allowed * known.largest;
                     if wants_rows {
-                        divided = divided_products(parts, &products, [allowed, known.largest]);
+                        let limits = [allowed, known.largest];
+                        divided = divided_products(parts, &self.checked, limits);
                     }
                     parts.image_of_products(&products, allowed, None)
                 }
@@ -276,18 +278,24 @@ impl Attempted {
 }
 
 /// The products of charts, if all parts are on charts, given the error of the quadrature allowed in a pixel and the
-/// largest pixel.
+/// largest pixel of a part.
 fn divided_products(
     parts: &Parts<'_>,
-    products: &[ProductImage],
+    products: &[Arc<Checked>],
     [allowed, largest]: [f64; 2],
 ) -> Option<DividedProducts> {
-    let of_chart = |(part, product): (&Part<'_>, &ProductImage)| {
+    let of_chart = |(part, product): (&Part<'_>, &Arc<Checked>)| {
         let Footing::Nodes { chart, window, .. } = *part.footing else { return None };
-        Some(ProductsOfChart { chart, window, product: product.clone() })
+        // Not those of the image of the search, which are 0 where that has no pixels.
+        let errors = product.residuals.errors([part.scale.height(), part.scale.width()]);
+        let errors = map_of_rows([part.scale.height(), part.scale.width()], |row, values| {
+            errors.row(row, values);
+        });
+        Some(ProductsOfChart { chart, window, product: Arc::clone(product), errors })
     };
     let charts: Option<Vec<_>> = parts.parts.iter().zip(products).map(of_chart).collect();
     let (division, first) = (parts.division.clone(), parts.parts.first()?);
     let shape = first.footing.shape_of_image(&first.scale);
+    let largest = largest * parts.parts.len() as f64;
     Some(DividedProducts { division, shape, charts: Arc::new(charts?), allowed, largest })
 }

@@ -10,9 +10,8 @@ use crate::projection::charts::chart::Window;
 use crate::projection::rows::RowsOfView;
 use crate::radiance::PixelRows;
 use crate::tile::Tile;
+use crate::vol::lowrank::rows::Checked;
 use crate::vol::view::division::Division;
-use crate::vol::view::part::ProductImage;
-use crate::vol::view::products::RasterMeans;
 use crate::vol::view::quadrature::Quadrature;
 use crate::vol::view::raster::Raster;
 use crate::vol::view::settle::{NodesInView, Settled};
@@ -32,7 +31,7 @@ pub(super) struct DividedProducts {
     pub(super) charts: Arc<Vec<ProductsOfChart>>,
     /// The error of the quadrature that a pixel may have.
     pub(super) allowed: f64,
-    /// The largest radiance.
+    /// A bound on the largest radiance.
     pub(super) largest: f64,
 }
 
@@ -41,7 +40,9 @@ pub(super) struct DividedProducts {
 pub(super) struct ProductsOfChart {
     pub(super) chart: usize,
     pub(super) window: Window,
-    pub(super) product: ProductImage,
+    pub(super) product: Arc<Checked>,
+    /// The errors on a raster.
+    pub(super) errors: Image,
 }
 
 /// The number of a function, and the rows and columns of a raster.
@@ -55,7 +56,7 @@ struct DividedImage<'a> {
     allowed: f64,
     largest: f64,
     /// The means of the functions over rasters that were needed before.
-    means: Mutex<FxHashMap<RasterOf, Vec<f64>>>,
+    means: Mutex<FxHashMap<RasterOf, Arc<[f64]>>>,
 }
 
 impl Products for DividedProducts {
@@ -71,9 +72,14 @@ impl Products for DividedProducts {
 impl DividedImage<'_> {
     /// The means of a function over a raster.
     fn means(&self, number: usize, shape: [usize; 2]) -> Vec<f64> {
-        let mut means = self.means.lock().unwrap_or_else(PoisonError::into_inner);
-        let function: &dyn RasterMeans = &*self.charts[number].product.function;
-        means.entry((number, shape)).or_insert_with(|| function.means(shape)).clone()
+        let known = || self.means.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(means) = known().get(&(number, shape)) {
+            return means.to_vec();
+        }
+        // Without the lock, since it is computed in parallel.
+        let means = self.charts[number].product.interpolant.means(shape);
+        known().insert((number, shape), Arc::from(&means[..]));
+        means
     }
 
     /// Values and errors of so many rows that their quadrature fits in the memory.
@@ -99,9 +105,8 @@ impl DividedImage<'_> {
         for (number, (mut nodes, of)) in nodes.into_iter().zip(&*self.charts).enumerate() {
             let raster = Raster::new(nodes.values_shape, self.means(number, nodes.values_shape));
             nodes.add_image(&raster, values);
-            let on_raster = &of.product.errors;
-            nodes.errors_shape = [on_raster.height(), on_raster.width()];
-            nodes.add_errors(on_raster, errors);
+            nodes.errors_shape = [of.errors.height(), of.errors.width()];
+            nodes.add_errors(&of.errors, errors);
         }
         // What is seen of charts that no pixel of the search sees is not known.
         for pixel in seen.elsewhere {
@@ -109,6 +114,12 @@ impl DividedImage<'_> {
         }
         for map in &mut maps {
             seen.outside.iter().for_each(|&pixel| map.pixels_mut()[pixel] = f64::NAN);
+        }
+        let solid_angles = self.pixels.block(rows, |row, of| self.pixels.solid_angles(row, of));
+        for (pixel, solid_angle) in solid_angles.pixels().iter().enumerate() {
+            if *solid_angle <= 0.0 {
+                maps.iter_mut().for_each(|map| map.pixels_mut()[pixel] = f64::NAN);
+            }
         }
         maps
     }
@@ -130,15 +141,18 @@ impl Bands for DividedImage<'_> {
     }
 
     fn maps(&self, _: usize, rows: Range<usize>) -> [Image; 2] {
-        let width = self.pixels.shape[1];
+        let [height, width] = self.pixels.shape;
+        assert!(rows.end <= height, "rows {rows:?} of an image of {height}");
         let at_once = (PIXELS_AT_ONCE / width).max(1);
         let mut maps = [(); 2].map(|()| Image::zeros(rows.len(), width));
-        for first in (0..rows.len()).step_by(at_once) {
-            let last = (first + at_once).min(rows.len());
-            let some = self.maps_of_some(rows.start + first..rows.start + last);
-            for (map, some) in maps.iter_mut().zip(some) {
-                let pixels = &mut map.pixels_mut()[first * width..last * width];
-                pixels.copy_from_slice(some.pixels());
+        // The same blocks for any rows, so that their pixels have the same bits.
+        for first in (rows.start / at_once * at_once..rows.end).step_by(at_once) {
+            let last = (first + at_once).min(height);
+            let some = self.maps_of_some(first..last);
+            for row in first.max(rows.start)..last.min(rows.end) {
+                for (map, some) in maps.iter_mut().zip(&some) {
+                    map.row_mut(row - rows.start).copy_from_slice(some.row(row - first));
+                }
             }
         }
         maps

@@ -361,6 +361,11 @@ impl Parts<'_> {
         })
     }
 
+    /// Whether the emission is singular somewhere in the charts.
+    pub(crate) fn has_singularities(&self) -> bool {
+        self.quadrature.atlas.is_some_and(Atlas::has_singularities)
+    }
+
     /// Whether planes divide the charts.
     pub(crate) fn has_layers(&self) -> bool {
         self.quadrature.atlas.is_some_and(Atlas::has_layers)

@@ -16,7 +16,8 @@ use crate::vol::view::crossings::{Corner, CornersOfRows, Plane};
 use crate::vol::view::line_scan::Places;
 use crate::vol::view::pixel_rule::{Crossing, PixelRules, RuleNode};
 use crate::vol::view::squares::{Square, squares_about_singularities};
-use crate::vol::view::windows::{NaturalNode, PixelNodes, in_window, window};
+use crate::vol::view::windows::{NaturalNode, PixelNodes, in_window, is_in, window};
+use std::collections::BTreeSet;
 
 /// The number of nodes along each side of an image with few pixels: those of a pixel follow from it, with a limit. A
 /// pixel of a small image is a large part of the view, so that the quadrature of all pixels is compared with a finer
@@ -54,8 +55,8 @@ pub(crate) struct ChartsInView {
     pub(crate) most_pieces: usize,
     /// The numbers of the pixels without a node in the image.
     pub(crate) outside: Vec<usize>,
-    /// The numbers of the pixels with nodes in other charts.
-    pub(crate) elsewhere: Vec<usize>,
+    /// The numbers of the pixels with nodes in other charts, or outside the windows.
+    pub(crate) elsewhere: BTreeSet<usize>,
     /// Whether edges cross the pixels.
     pub(crate) crossings: Vec<Crossing>,
 }
@@ -146,13 +147,13 @@ impl<'a> Quadrature<'a> {
             ChartInView { chart, window, nodes: ChartNodes::new(shape, nodes) }
         });
         let charts: Vec<ChartInView> = charts.collect();
-        let mut elsewhere: Vec<usize> = rows
-            .iter()
-            .flat_map(|row| row.of_charts.iter().enumerate())
-            .filter(|(chart, _)| charts.iter().all(|of| of.chart != *chart))
-            .flat_map(|(_, nodes)| nodes.iter().map(|node| node.pixel))
-            .collect();
-        elsewhere.dedup();
+        let is_elsewhere = |node: &&NaturalNode| {
+            let chart = charts.iter().find(|of| of.chart == node.chart);
+            chart.is_none_or(|of| !is_in(&of.window, node))
+        };
+        let nodes = rows.par_iter().flat_map_iter(|row| row.of_charts.iter().flatten());
+        let elsewhere = nodes.filter(is_elsewhere).map(|node| node.pixel);
+        let elsewhere: BTreeSet<usize> = elsewhere.collect();
         let most_pieces = rows.iter().map(|row| row.most_pieces).max().unwrap_or(1);
         let outside = rows.iter().flat_map(|row| row.outside.iter().copied()).collect();
         let crossings = rows.into_iter().flat_map(|row| row.crossings).collect();

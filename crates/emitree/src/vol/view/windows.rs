@@ -47,6 +47,12 @@ pub(crate) fn in_window(window: &Window, node: &NaturalNode) -> ChartNode {
     ChartNode { pixel: crate::cell::to_u32(node.pixel), place, weight: node.weight }
 }
 
+/// Whether a node is in a window, up to rounding.
+pub(crate) fn is_in(window: &Window, node: &NaturalNode) -> bool {
+    const ROUNDING: f64 = 1e-6;
+    window.unit(node.place).iter().all(|along| (-ROUNDING..=1.0 + ROUNDING).contains(along))
+}
+
 /// The part of a chart that the nodes at these `places` are in, within natural ends of c and a `sector` of azimuth.
 pub(crate) fn window(
     ends: [f64; 2],
