@@ -61,8 +61,8 @@ pub(crate) struct Attempted {
     pub(crate) cube_start: Option<Arc<CubeStart>>,
     /// The products of the parts.
     pub(super) interpolants: Vec<Option<Arc<Interpolant>>>,
-    /// The same with their residuals, if the image is to be made row by row; else nothing.
-    pub(super) checked: Vec<Arc<Checked>>,
+    /// The same with their residuals, if the image is to be made row by row.
+    pub(super) checked: Vec<Option<Arc<Checked>>>,
     /// Why the image of a part is not complete, if one is not.
     ending: StopReason,
 }
@@ -134,7 +134,7 @@ impl Attempted {
             of_first: None,
             cube_start: None,
             interpolants: vec![None; parts.parts.len()],
-            checked: Vec::new(),
+            checked: vec![None; parts.parts.len()],
             ending: StopReason::Complete,
         }
     }
@@ -198,7 +198,7 @@ impl Attempted {
         let wants_rows = attempt.meter.rows_wanted().is_some();
         if wants_rows {
             let interpolant = attempt.search.interpolant.clone();
-            self.checked.push(Arc::new(Checked { interpolant, residuals }));
+            self.checked[number] = Some(Arc::new(Checked { interpolant, residuals }));
         }
         let is_image = footing.is_of_pixels() && parts.parts.len() == 1;
         let mut divided = None;
@@ -262,10 +262,11 @@ impl Attempted {
         if is_image && footing.is_raster_of_pixels() && wants_model {
             made.model = Some(Arc::new(attempt.search.interpolant.clone()));
         }
-        made.products = match divided {
-            Some(divided) => Some(Arc::new(divided)),
-            None if self.checked.is_empty() => None,
-            None => Some(Arc::new(PlaneProducts::of_image(self.checked.clone()))),
+        let checked: Option<Vec<_>> = self.checked.iter().cloned().collect();
+        made.products = match (divided, checked) {
+            (Some(divided), _) => Some(Arc::new(divided)),
+            (None, Some(checked)) => Some(Arc::new(PlaneProducts::of_image(checked))),
+            (None, None) => None,
         };
         if attempt.meter.freezes() && attempt.search.view.energies.is_empty() {
             made.frozen =
@@ -281,10 +282,11 @@ impl Attempted {
 /// largest pixel of a part.
 fn divided_products(
     parts: &Parts<'_>,
-    products: &[Arc<Checked>],
+    products: &[Option<Arc<Checked>>],
     [allowed, largest]: [f64; 2],
 ) -> Option<DividedProducts> {
-    let of_chart = |(part, product): (&Part<'_>, &Arc<Checked>)| {
+    let of_chart = |(part, product): (&Part<'_>, &Option<Arc<Checked>>)| {
+        let product = product.as_ref()?;
         let Footing::Nodes { chart, window, .. } = *part.footing else { return None };
         // Not those of the image of the search, which are 0 where that has no pixels.
         let errors = product.residuals.errors([part.scale.height(), part.scale.width()]);

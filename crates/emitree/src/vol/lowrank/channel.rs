@@ -87,7 +87,7 @@ impl Channel {
             is_complete: made.ending == StopReason::Complete,
             functions: attempted.functions,
             placed: attempted.placed,
-            checked: attempted.checked,
+            checked: attempted.checked.into_iter().flatten().collect(),
             products: products?,
         })
     }
