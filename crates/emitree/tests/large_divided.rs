@@ -1,12 +1,16 @@
 //! Images row by row of views that bodies, bounds and planes divide.
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
-use emitree::large::{render_large, render_large_cube};
+use emitree::large::{LargeImage, render_large, render_large_cube};
 use emitree::projection::{Bounds, Edge, Ellipsoid, Singularity};
 use emitree::{
     Canonical, EnergyAxis, EnergyScale, FromFn, FromSpectralFn, Orthographic, Perspective,
     Projection, RenderError, RenderOptions, Viewpoint, VolOptions, render,
 };
+use emitree_problems::divided::random_divided;
+use emitree_problems::family::Reference;
+use emitree_problems::relative_error;
+use emitree_problems::views::random_view;
 use std::f64::consts::PI;
 
 /// The width of a Gaussian atmosphere about a planet of radius 1.
@@ -158,6 +162,46 @@ fn rows_of_a_divided_view_are_those_of_a_rendering() {
             );
         }
     }
+}
+
+/// Random views with bodies, bounds and edges, and with planes, of seeds that nothing was chosen on: each image that is
+/// made is within the tolerance of its reference.
+#[test]
+fn random_divided_views_are_within_the_tolerance() {
+    let (tolerance, mut made) = (1e-2, [0, 0]);
+    for seed in 400..412 {
+        let view = random_view(seed);
+        let plane = random_divided(seed);
+        let glow = FromFn(|at: [f64; 3], _| view.rate(at));
+        let rows = render_large(&glow, view.camera(), view.shape(), &options(tolerance));
+        made[0] += usize::from(is_within(rows, &view.reference(), tolerance, &view.name()));
+        let glow = FromFn(|at: [f64; 3], _| plane.rate(at));
+        let (camera, shape) = (plane.camera().unwrap(), [48, 48]);
+        let rows = render_large(&glow, &*camera, shape, &options(tolerance));
+        made[1] +=
+            usize::from(is_within(rows, &plane.reference_image(shape), tolerance, &plane.name()));
+    }
+    assert!(made[0] >= 6 && made[1] >= 6, "{made:?} images were made");
+}
+
+/// Whether an image was made; one that has converged has to be within the tolerance, up to the error of the reference.
+fn is_within<E: core::fmt::Debug>(
+    rows: Result<LargeImage<'_>, RenderError<E>>,
+    reference: &Reference,
+    tolerance: f64,
+    name: &str,
+) -> bool {
+    let rows = match rows {
+        Ok(rows) => rows,
+        Err(error) => {
+            assert!(matches!(error, RenderError::NotByRows { .. }), "{name}: {error:?}");
+            return false;
+        }
+    };
+    let values = rows.values(0..rows.shape()[0]);
+    let error = relative_error(&values, &reference.image);
+    assert!(!rows.converged() || error <= tolerance + reference.error, "{name}: {error}");
+    rows.converged()
 }
 
 /// A jump at a plane is seen by the layers on both sides, and a rendering row by row has both.

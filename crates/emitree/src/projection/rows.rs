@@ -12,9 +12,9 @@ pub(crate) struct RowsOfView<'a> {
 }
 
 impl<'a> RowsOfView<'a> {
-    /// Between these places of y; `None` of a projection without [`ViewGeometry`].
-    pub(crate) fn new(projection: &'a dyn Projection, y: [f64; 2]) -> Option<Self> {
-        projection.view_geometry().map(|whole| Self { whole, y })
+    /// Between these places of y.
+    pub(crate) fn new(whole: &'a dyn ViewGeometry, y: [f64; 2]) -> Self {
+        Self { whole, y }
     }
 
     /// The y of the whole view.
@@ -90,7 +90,7 @@ mod tests {
     fn rows_have_the_lines_of_sight_of_the_whole_view() {
         let ball = Ellipsoid::sphere([0.5; 3], 0.2).unwrap();
         let camera = Orthographic::of_unit_cube().with_occulters(vec![ball]).unwrap();
-        let rows = RowsOfView::new(&camera, [0.5, 0.75]).unwrap();
+        let rows = RowsOfView::new(&camera, [0.5, 0.75]);
         for (at, of_whole) in [([0.4, 0.0], [0.4, 0.5]), ([0.9, 0.5], [0.9, 0.625])] {
             assert_eq!(rows.region(at), camera.region(of_whole));
             let [a, b] = [ViewGeometry::line(&rows, at), ViewGeometry::line(&camera, of_whole)];

@@ -13,7 +13,7 @@ use crate::vol::VolOptions;
 use crate::vol::error_weights::ErrorWeights;
 use crate::vol::lowrank::divided_rows::{DividedProducts, ProductsOfChart};
 use crate::vol::lowrank::interpolant::Interpolant;
-use crate::vol::lowrank::maps::Maps;
+use crate::vol::lowrank::maps::{Maps, shape_of};
 use crate::vol::lowrank::rows::{Checked, PlaneProducts};
 use crate::vol::lowrank::start::{CubeStart, Functions};
 use crate::vol::lowrank::{Attempt, Probed};
@@ -197,7 +197,7 @@ impl Attempted {
         self.interpolants[number] = Some(Arc::clone(&interpolant));
         let wants_rows = attempt.meter.rows_wanted().is_some();
         if wants_rows {
-            let interpolant = attempt.search.interpolant.clone();
+            let interpolant = Arc::clone(&interpolant);
             self.checked[number] = Some(Arc::new(Checked { interpolant, residuals }));
         }
         let is_image = footing.is_of_pixels() && parts.parts.len() == 1;
@@ -289,11 +289,11 @@ fn divided_products(
         let product = product.as_ref()?;
         let Footing::Nodes { chart, window, .. } = *part.footing else { return None };
         // Not those of the image of the search, which are 0 where that has no pixels.
-        let errors = product.residuals.errors([part.scale.height(), part.scale.width()]);
-        let errors = map_of_rows([part.scale.height(), part.scale.width()], |row, values| {
-            errors.row(row, values);
-        });
-        Some(ProductsOfChart { chart, window, product: Arc::clone(product), errors })
+        let shape = shape_of(&part.scale);
+        let of_rows = product.residuals.errors(shape);
+        let errors = map_of_rows(shape, |row, values| of_rows.row(row, values));
+        let interpolant = Arc::clone(&product.interpolant);
+        Some(ProductsOfChart { chart, window, interpolant, errors })
     };
     let charts: Option<Vec<_>> = parts.parts.iter().zip(products).map(of_chart).collect();
     let (division, first) = (parts.division.clone(), parts.parts.first()?);

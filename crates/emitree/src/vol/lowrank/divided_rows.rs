@@ -5,12 +5,13 @@
 
 use crate::image::Image;
 use crate::output::{Bands, Products};
+use crate::projection::ViewGeometry;
 use crate::projection::charts::Atlas;
 use crate::projection::charts::chart::Window;
 use crate::projection::rows::RowsOfView;
 use crate::radiance::PixelRows;
 use crate::tile::Tile;
-use crate::vol::lowrank::rows::Checked;
+use crate::vol::lowrank::interpolant::Interpolant;
 use crate::vol::view::division::Division;
 use crate::vol::view::quadrature::Quadrature;
 use crate::vol::view::raster::Raster;
@@ -40,7 +41,7 @@ pub(super) struct DividedProducts {
 pub(super) struct ProductsOfChart {
     pub(super) chart: usize,
     pub(super) window: Window,
-    pub(super) product: Arc<Checked>,
+    pub(super) interpolant: Arc<Interpolant>,
     /// The errors on a raster.
     pub(super) errors: Image,
 }
@@ -51,6 +52,7 @@ type RasterOf = (usize, [usize; 2]);
 /// The image of the charts.
 struct DividedImage<'a> {
     pixels: PixelRows<'a>,
+    geometry: &'a dyn ViewGeometry,
     atlas: Atlas<'a>,
     charts: Arc<Vec<ProductsOfChart>>,
     allowed: f64,
@@ -62,10 +64,10 @@ struct DividedImage<'a> {
 impl Products for DividedProducts {
     fn bands<'a>(&self, pixels: PixelRows<'a>) -> Option<Box<dyn Bands + 'a>> {
         let tile = Tile { projection: pixels.projection, shape: self.shape, place: (0, 1) };
-        let (atlas, charts) = (self.division.atlas(&[tile])?, Arc::clone(&self.charts));
+        let (geometry, atlas) = (pixels.projection.view_geometry()?, self.division.atlas(&[tile])?);
+        let (charts, means) = (Arc::clone(&self.charts), Mutex::default());
         let Self { allowed, largest, .. } = *self;
-        let means = Mutex::default();
-        Some(Box::new(DividedImage { pixels, atlas, charts, allowed, largest, means }))
+        Some(Box::new(DividedImage { pixels, geometry, atlas, charts, allowed, largest, means }))
     }
 }
 
@@ -77,7 +79,7 @@ impl DividedImage<'_> {
             return means.to_vec();
         }
         // Without the lock, since it is computed in parallel.
-        let means = self.charts[number].product.interpolant.means(shape);
+        let means = self.charts[number].interpolant.means(shape);
         known().insert((number, shape), Arc::from(&means[..]));
         means
     }
@@ -86,32 +88,31 @@ impl DividedImage<'_> {
     fn maps_of_some(&self, rows: Range<usize>) -> [Image; 2] {
         let [height, width] = self.pixels.shape;
         let shape = [rows.len(), width];
-        let mut maps = [(); 2].map(|()| Image::zeros(rows.len(), width));
         let y = [rows.start, rows.end].map(|row| row as f64 / height as f64);
-        let Some(view) = RowsOfView::new(self.pixels.projection, y) else { return maps };
+        let view = RowsOfView::new(self.geometry, y);
         let tiles = [Tile { projection: &view, shape, place: (0, 1) }];
         let quadrature = Quadrature::new(Some(&self.atlas), &tiles);
-        let windows = self.charts.iter().map(|of| (of.chart, of.window));
-        let seen = quadrature.charts_in_windows(&self.atlas, windows);
+        let windows: Vec<_> = self.charts.iter().map(|of| (of.chart, of.window)).collect();
+        let (seen, elsewhere) = quadrature.charts_in_windows(&self.atlas, &windows);
         let charts = seen.charts.iter();
         let charts: Vec<NodesInView<'_>> = charts
             .map(|of| NodesInView { chart: of.chart, window: of.window, nodes: &of.nodes })
             .collect();
         let means = |number: usize, shape| self.means(number, shape);
-        let Settled { nodes, error } =
+        let Settled { nodes, error: mut errors } =
             quadrature.settle(&seen.crossings, &charts, &means, self.allowed, None);
-        let [values, errors] = &mut maps;
-        *errors = error;
+        let mut values = Image::zeros(rows.len(), width);
         for (number, (mut nodes, of)) in nodes.into_iter().zip(&*self.charts).enumerate() {
             let raster = Raster::new(nodes.values_shape, self.means(number, nodes.values_shape));
-            nodes.add_image(&raster, values);
+            nodes.add_image(&raster, &mut values);
             nodes.errors_shape = [of.errors.height(), of.errors.width()];
-            nodes.add_errors(&of.errors, errors);
+            nodes.add_errors(&of.errors, &mut errors);
         }
-        // What is seen of charts that no pixel of the search sees is not known.
-        for pixel in seen.elsewhere {
+        // What no pixel of the search sees is not known.
+        for pixel in elsewhere {
             errors.pixels_mut()[pixel] += self.largest;
         }
+        let mut maps = [values, errors];
         for map in &mut maps {
             seen.outside.iter().for_each(|&pixel| map.pixels_mut()[pixel] = f64::NAN);
         }

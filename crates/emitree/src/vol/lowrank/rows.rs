@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// An interpolant with the residuals that show its error.
 #[derive(Debug)]
 pub(super) struct Checked {
-    pub(super) interpolant: Interpolant,
+    pub(super) interpolant: Arc<Interpolant>,
     pub(super) residuals: CellResiduals,
 }
 

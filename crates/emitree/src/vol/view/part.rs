@@ -212,7 +212,7 @@ struct SeenChart {
 impl SeenCharts {
     fn new<'a>(tiles: &[Tile<'a>], atlas: &'a Atlas<'a>) -> Self {
         let (_, mut outside) = scales_and_outside(tiles);
-        let ChartsInView { charts, most_pieces, outside: beyond, crossings, .. } =
+        let ChartsInView { charts, most_pieces, outside: beyond, crossings } =
             Quadrature::new(Some(atlas), tiles).charts_in_view(atlas);
         outside.extend(beyond);
         let pixels = tiles.iter().map(|tile| tile.shape[0] * tile.shape[1]).sum::<usize>();

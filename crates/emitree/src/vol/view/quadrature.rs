@@ -55,8 +55,6 @@ pub(crate) struct ChartsInView {
     pub(crate) most_pieces: usize,
     /// The numbers of the pixels without a node in the image.
     pub(crate) outside: Vec<usize>,
-    /// The numbers of the pixels with nodes in other charts, or outside the windows.
-    pub(crate) elsewhere: BTreeSet<usize>,
     /// Whether edges cross the pixels.
     pub(crate) crossings: Vec<Crossing>,
 }
@@ -116,16 +114,24 @@ impl<'a> Quadrature<'a> {
         };
         let windows: Vec<(usize, Window)> =
             (0..atlas.len()).filter(is_in_view).map(of_chart).collect();
-        self.in_windows(rows, windows.into_iter())
+        self.in_windows(rows, &windows)
     }
 
-    /// The nodes of all pixels in these windows of charts of the atlas.
+    /// The nodes of all pixels in these windows of charts of the atlas, and the numbers of the pixels with nodes in
+    /// other charts, or outside the windows.
     pub(crate) fn charts_in_windows(
         &self,
         atlas: &Atlas<'_>,
-        windows: impl Iterator<Item = (usize, Window)>,
-    ) -> ChartsInView {
-        self.in_windows(self.rows(atlas), windows)
+        windows: &[(usize, Window)],
+    ) -> (ChartsInView, BTreeSet<usize>) {
+        let rows = self.rows(atlas);
+        let is_elsewhere = |node: &&NaturalNode| {
+            let window = windows.iter().find(|(chart, _)| *chart == node.chart);
+            window.is_none_or(|(_, window)| !is_in(window, node))
+        };
+        let nodes = rows.par_iter().flat_map_iter(|row| row.of_charts.iter().flatten());
+        let elsewhere = nodes.filter(is_elsewhere).map(|node| node.pixel).collect();
+        (self.in_windows(rows, windows), elsewhere)
     }
 
     /// The nodes of all rows of pixels.
@@ -135,29 +141,18 @@ impl<'a> Quadrature<'a> {
         blocks.into_iter().flatten().collect()
     }
 
-    fn in_windows(
-        &self,
-        rows: Vec<Row>,
-        windows: impl Iterator<Item = (usize, Window)>,
-    ) -> ChartsInView {
+    fn in_windows(&self, rows: Vec<Row>, windows: &[(usize, Window)]) -> ChartsInView {
         let shape = self.shape();
-        let charts = windows.map(|(chart, window)| {
+        let charts = windows.iter().map(|&(chart, window)| {
             let nodes = rows.par_iter().flat_map_iter(|row| &row.of_charts[chart]);
             let nodes = nodes.map(|node| in_window(&window, node)).collect();
             ChartInView { chart, window, nodes: ChartNodes::new(shape, nodes) }
         });
-        let charts: Vec<ChartInView> = charts.collect();
-        let is_elsewhere = |node: &&NaturalNode| {
-            let chart = charts.iter().find(|of| of.chart == node.chart);
-            chart.is_none_or(|of| !is_in(&of.window, node))
-        };
-        let nodes = rows.par_iter().flat_map_iter(|row| row.of_charts.iter().flatten());
-        let elsewhere = nodes.filter(is_elsewhere).map(|node| node.pixel);
-        let elsewhere: BTreeSet<usize> = elsewhere.collect();
+        let charts = charts.collect();
         let most_pieces = rows.iter().map(|row| row.most_pieces).max().unwrap_or(1);
         let outside = rows.iter().flat_map(|row| row.outside.iter().copied()).collect();
         let crossings = rows.into_iter().flat_map(|row| row.crossings).collect();
-        ChartsInView { charts, most_pieces, outside, elsewhere, crossings }
+        ChartsInView { charts, most_pieces, outside, crossings }
     }
 
     /// The nodes of the rows of pixels of a block.

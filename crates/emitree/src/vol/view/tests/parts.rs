@@ -370,6 +370,29 @@ fn windows_end_at_limbs_in_view_and_close_around_the_axis() {
     assert_eq!(around([0.0; 3], 0.2).len(), 1);
 }
 
+/// Pixels of a finer image are in the windows of a coarse one, and those beyond other windows are named.
+#[test]
+fn pixels_outside_windows_are_named() {
+    let camera = Perspective::new(viewpoint([0.0; 3]), [0.6; 2], [1.0, 12.0]).unwrap();
+    let body = Ellipsoid::sphere([0.0; 3], 1.0).unwrap();
+    let camera = camera.with_occulters(vec![body]).unwrap();
+    let [coarse, fine] =
+        [32, 64].map(|pixels| [Tile { projection: &camera, shape: [pixels; 2], place: (0, 1) }]);
+    let atlas = atlas(&coarse, &[]).unwrap();
+    let charts = Quadrature::new(Some(&atlas), &coarse).charts_in_view(&atlas).charts;
+    let windows: Vec<_> = charts.iter().map(|chart| (chart.chart, chart.window)).collect();
+    let quadrature = Quadrature::new(Some(&atlas), &fine);
+    let elsewhere = |windows: &[_]| quadrature.charts_in_windows(&atlas, windows).1;
+    assert!(elsewhere(&windows).is_empty());
+    // Without the chart of the sky its pixels are, of which the middle of the image is none.
+    let beyond = elsewhere(&windows[..1]);
+    assert!(beyond.contains(&0) && !beyond.contains(&(32 * 64 + 32)), "{}", beyond.len());
+    let mut narrow = windows.clone();
+    narrow[1].1.c[1] *= 0.8;
+    let corners = elsewhere(&narrow);
+    assert!(corners.contains(&0) && corners.len() < beyond.len(), "{}", corners.len());
+}
+
 #[test]
 fn cells_in_view_have_the_largest_of_their_pixels() {
     let body = Ellipsoid::sphere([0.0; 3], 1.0).unwrap();
