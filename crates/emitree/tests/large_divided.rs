@@ -169,7 +169,7 @@ fn rows_of_a_divided_view_are_those_of_a_rendering() {
 #[test]
 fn random_divided_views_are_within_the_tolerance() {
     let (tolerance, mut made) = (1e-2, [0, 0]);
-    for seed in 400..412 {
+    for seed in 400..405 {
         let view = random_view(seed);
         let plane = random_divided(seed);
         let glow = FromFn(|at: [f64; 3], _| view.rate(at));
@@ -181,7 +181,7 @@ fn random_divided_views_are_within_the_tolerance() {
         made[1] +=
             usize::from(is_within(rows, &plane.reference_image(shape), tolerance, &plane.name()));
     }
-    assert!(made[0] >= 6 && made[1] >= 6, "{made:?} images were made");
+    assert!(made[0] >= 3 && made[1] >= 3, "{made:?} images were made");
 }
 
 /// Whether an image was made; one that has converged has to be within the tolerance, up to the error of the reference.
