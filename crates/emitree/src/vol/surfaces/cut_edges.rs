@@ -160,8 +160,8 @@ impl Search<'_> {
             if low * high < 0.0 {
                 let at = self.root_of_patch(facet, ends);
                 let slope = ((high - low).abs() / length).max(0.2);
-                let half = (0.7 * facet.error / slope).max(width);
-                return RootSearch::new(ends, samples, labels[0], width, Some((at, half)));
+                let scale = TUNING.surfaces.expected_errors * facet.error / slope;
+                return RootSearch::new(ends, samples, labels[0], width, Some((at, scale)));
             }
             return RootSearch::new(ends, samples, labels[0], width, None);
         }

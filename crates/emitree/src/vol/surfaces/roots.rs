@@ -4,6 +4,11 @@ use crate::projection::vector::{along, difference, norm};
 use crate::vol::surfaces::octree::Label;
 
 /// The search for a change of region between two points.
+///
+/// Each evaluation halves the probability that the change is in the bracket. Where it is expected at a place, its
+/// distribution is that of Cauchy about this place, as the distances of surfaces from patches are distributed, otherwise a
+/// uniform one. Beside a place that is wrong, the distances of the evaluations from it double, since the distribution falls
+/// slowly.
 #[derive(Clone, Debug)]
 pub(super) struct RootSearch {
     from: [f64; 3],
@@ -11,10 +16,10 @@ pub(super) struct RootSearch {
     /// The end that is in the first region, and that which is not, as fractions of the edge.
     low: f64,
     high: f64,
-    /// The width at which the search ends.
+    /// Half of the length of the bracket at which the search ends.
     width: f64,
-    /// The place at which the change is expected, and the half width of its bracket.
-    guess: Option<(f64, f64)>,
+    /// The place at which the change is expected, and the half width of the distribution.
+    expected: Option<(f64, f64)>,
     first: Label,
     /// The samples at the ends.
     pub(super) samples: [usize; 2],
@@ -22,55 +27,47 @@ pub(super) struct RootSearch {
     pub(super) ends: [usize; 2],
 }
 
-/// A place at which G is to be evaluated.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Next {
-    BelowGuess(f64),
-    AboveGuess(f64),
-    Middle(f64),
-}
-
 impl RootSearch {
     /// A search between samples at two points, in the region `first` at the first of them, to a
-    /// bracket of length 2 `width`. A surface is expected at a fraction of the edge, within a length.
+    /// bracket of length 2 `width`. A surface is expected at a fraction of the edge, to within a length.
     pub(super) fn new(
         [from, to]: [[f64; 3]; 2],
         samples: [usize; 2],
         first: Label,
         width: f64,
-        guess: Option<(f64, f64)>,
+        expected: Option<(f64, f64)>,
     ) -> Self {
         let direction = difference(to, from);
         let length = norm(direction).max(f64::MIN_POSITIVE);
         let width = (width / length).max(1e-12);
-        let guess = guess.map(|(at, half)| (at, (half / length).min(0.3).max(width)));
-        Self { from, direction, low: 0.0, high: 1.0, width, guess, first, samples, ends: samples }
+        let expected = expected.map(|(at, scale)| (at, (scale / length).max(1e-12)));
+        let (low, high) = (0.0, 1.0);
+        Self { from, direction, low, high, width, expected, first, samples, ends: samples }
     }
 
-    fn next(&self) -> Option<Next> {
-        if self.high - self.low <= 2.0 * self.width {
+    /// The next place; none at the end.
+    fn next(&self) -> Option<f64> {
+        let [low, high] = [self.low, self.high];
+        if high - low <= 2.0 * self.width {
             return None;
         }
-        if let Some((at, half)) = self.guess {
-            if at - half > self.low {
-                return Some(Next::BelowGuess((at - half).min(self.high)))
-                    .filter(|_| at - half < self.high)
-                    .or(Some(Next::Middle(0.5 * (self.low + self.high))));
-            }
-            if at + half < self.high {
-                return Some(Next::AboveGuess(at + half));
-            }
-        }
-        Some(Next::Middle(0.5 * (self.low + self.high)))
+        // Less than the last bracket by more than rounding.
+        let last = 1.999 * self.width;
+        let least = [low + last, high - last];
+        // What is closer to an end than the length of the last bracket would not end the search any earlier.
+        let is_long = least[0] < least[1];
+        Some(if is_long { self.median().clamp(least[0], least[1]) } else { 0.5 * (low + high) })
+    }
+
+    /// The place in the bracket at which the change is as likely before as beyond it.
+    fn median(&self) -> f64 {
+        let ends = [self.low, self.high];
+        self.expected.map_or(0.5 * (ends[0] + ends[1]), |expected| median(ends, expected))
     }
 
     /// The next point; none at the end.
     pub(super) fn point(&self) -> Option<[f64; 3]> {
-        self.next().map(|next| match next {
-            Next::BelowGuess(at) | Next::AboveGuess(at) | Next::Middle(at) => {
-                along(self.from, at, self.direction)
-            }
-        })
+        self.next().map(|at| along(self.from, at, self.direction))
     }
 
     /// The width of the bracket, as a fraction of the edge.
@@ -80,37 +77,29 @@ impl RootSearch {
 
     /// Takes the sample at that point, and its region.
     pub(super) fn update(&mut self, sample: usize, label: Label) {
-        let Some(next) = self.next() else { return };
-        let is_first = label == self.first;
-        let (Next::BelowGuess(at) | Next::AboveGuess(at) | Next::Middle(at)) = next;
-        if is_first {
-            self.low = at;
-            self.samples[0] = sample;
+        let Some(at) = self.next() else { return };
+        if label == self.first {
+            (self.low, self.samples[0]) = (at, sample);
         } else {
-            self.high = at;
-            self.samples[1] = sample;
-        }
-        // A bracket that is missed is moved beyond the miss, and widened.
-        if let Some((_, half)) = self.guess {
-            let moved = match (next, is_first) {
-                (Next::BelowGuess(_), false) => Some(at - 2.0 * half),
-                (Next::AboveGuess(_), true) => Some(at + 2.0 * half),
-                _ => None,
-            };
-            if let Some(moved) = moved {
-                self.guess = Some((moved, 2.0 * half));
-            }
-            if matches!(next, Next::Middle(_)) {
-                self.guess = None;
-            }
+            (self.high, self.samples[1]) = (at, sample);
         }
     }
 
-    /// The fraction of the edge, and the point, in the middle of the bracket.
+    /// The fraction of the edge, and the point, at which the change is as likely before as beyond it.
     pub(super) fn root(&self) -> (f64, [f64; 3]) {
-        let middle = 0.5 * (self.low + self.high);
-        (middle, along(self.from, middle, self.direction))
+        let at = self.median();
+        (at, along(self.from, at, self.direction))
     }
+}
+
+/// The median of a Cauchy distribution in an interval: the tangent of the mean of two arc tangents.
+fn median(ends: [f64; 2], (at, scale): (f64, f64)) -> f64 {
+    let [(a, p), (b, q)] = ends.map(|end| {
+        let tangent = (end - at) / scale;
+        let cosine = 1.0 / (1.0 + tangent * tangent).sqrt();
+        (cosine, tangent * cosine)
+    });
+    at + scale * (p + q) / (a + b)
 }
 
 #[cfg(test)]

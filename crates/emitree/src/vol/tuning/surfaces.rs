@@ -98,6 +98,9 @@ group! {
         /// The width to which points of a surface are bracketed, as a share of the displacement
         /// allowed.
         root_share: f64 = 0.3, 0.15..=0.5;
+        /// The half width of the distribution of a surface about the patch that is expected to contain it, in errors of the
+        /// patch: that of the distances measured.
+        expected_errors: f64 = 0.45, 0.2..=1.0;
         /// The batches in which the points of a level are found: patches that fit after the first
         /// ones need no more.
         batches: usize = 3, 2..=4;
