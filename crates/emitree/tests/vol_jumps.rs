@@ -27,40 +27,40 @@ fn check_view(view: &Jump, evaluations: u64) {
 
 #[test]
 fn a_pinhole() {
-    check("perspective", false, "bounds", 6328);
+    check("perspective", false, "bounds", 6090);
 }
 
 /// From inside it took 152,684 when surfaces were searched for on the image plane, whose poles are single lines.
 #[test]
 fn rows_of_latitudes() {
-    check("equirectangular", true, "nothing", 4779);
+    check("equirectangular", true, "nothing", 4479);
 }
 
 #[test]
 fn a_polar_view() {
-    check("polar", false, "bounds", 5011);
-    check("polar", true, "nothing", 5194);
+    check("polar", false, "bounds", 4825);
+    check("polar", true, "nothing", 4713);
 }
 
 /// 45,393 with spherical bounds (from further away) and 155,316 from inside by image trees.
 #[test]
 fn a_disc() {
-    check("fisheye", false, "bounds", 5483);
-    check("fisheye", true, "nothing", 4799);
+    check("fisheye", false, "bounds", 5223);
+    check("fisheye", true, "nothing", 4524);
 }
 
 /// 14,431 from inside by image trees.
 #[test]
 fn twelve_faces() {
-    check("healpix", false, "bounds", 4635);
-    check("healpix", true, "nothing", 10_292);
+    check("healpix", false, "bounds", 4653);
+    check("healpix", true, "nothing", 9964);
 }
 
 /// Shapes that one to three of 2,048 to 16,384 samples meet: 43,160 and 117,030 not converged, 60,075 and 101,090 by image
 /// trees, when these samples did not serve the search for surfaces.
 #[test]
 fn shapes_that_few_samples_meet() {
-    for (seed, evaluations) in [(10, 15_814), (41, 34_530), (60, 11_993), (66, 24_134)] {
+    for (seed, evaluations) in [(10, 15_727), (41, 33_738), (60, 12_153), (66, 24_047)] {
         check_view(&random_jump(seed), evaluations);
     }
 }

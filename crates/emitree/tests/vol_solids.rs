@@ -35,8 +35,8 @@ macro_rules! tolerances_met {
 }
 
 tolerances_met! {
-    five_percent_seeds_0: 0..5, 114_147;
-    five_percent_seeds_5: 5..10, 116_561;
-    five_percent_seeds_10: 10..15, 85_597;
-    five_percent_seeds_15: 15..20, 348_447;
+    five_percent_seeds_0: 0..5, 128_397;
+    five_percent_seeds_5: 5..10, 108_788;
+    five_percent_seeds_10: 10..15, 82_944;
+    five_percent_seeds_15: 15..20, 333_129;
 }

@@ -107,9 +107,9 @@ mod tests {
     use super::*;
 
     /// The evaluations for a surface at `root`, with the place found.
-    fn search(root: f64, guess: Option<(f64, f64)>) -> (usize, f64) {
+    fn search(root: f64, expected: Option<(f64, f64)>) -> (usize, f64) {
         let ends = [[0.0, 0.0, 0.2], [0.0, 0.0, 1.2]];
-        let mut search = RootSearch::new(ends, [0, 1], 0, 1e-4, guess);
+        let mut search = RootSearch::new(ends, [0, 1], 0, 1e-4, expected);
         let mut count = 0;
         while let Some(point) = search.point() {
             count += 1;
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn a_good_guess_takes_two_evaluations_and_a_bad_one_is_corrected() {
+    fn a_good_expectation_takes_two_evaluations_and_a_bad_one_is_corrected() {
         for root in [0.013, 0.4, 0.77, 0.9999] {
             let (count, found) = search(root, None);
             assert!((found - root).abs() <= 1e-4 && count <= 14, "{root} {found} {count}");
@@ -130,5 +130,31 @@ mod tests {
                 assert!((found - root).abs() <= 1e-4 && count <= 24, "{root} {wrong} {count}");
             }
         }
+    }
+
+    #[test]
+    fn the_median_halves_the_probability_of_a_bracket() {
+        let (at, scale) = (0.3, 0.02);
+        let probability = |place: f64| ((place - at) / scale).atan();
+        for ends in [[0.0, 1.0], [0.29, 0.3], [0.5, 0.9], [0.0, 0.1]] {
+            let middle = median(ends, (at, scale));
+            let [low, high] = ends.map(probability);
+            let halves = [probability(middle) - low, high - probability(middle)];
+            assert!((halves[0] - halves[1]).abs() < 1e-14, "{ends:?} {middle} {halves:?}");
+        }
+    }
+
+    /// The information is the entropy of the distribution less that of a uniform one in the last bracket: log₂(4π s / 2w).
+    #[test]
+    fn evaluations_are_hardly_more_than_the_information() {
+        let (at, scale, count) = (0.4, 0.002, 64);
+        let roots = (0..count).map(|k| {
+            let probability = (f64::from(k) + 0.5) / f64::from(count) - 0.5;
+            at + scale * (core::f64::consts::PI * probability).tan()
+        });
+        let evaluations: usize = roots.map(|root| search(root, Some((at, scale))).0).sum();
+        let mean = evaluations as f64 / f64::from(count);
+        let information = (4.0 * core::f64::consts::PI * scale / 2e-4).log2();
+        assert!((information..information + 0.7).contains(&mean), "{mean} {information}");
     }
 }
