@@ -5,10 +5,9 @@ use crate::vol::surfaces::octree::Label;
 
 /// The search for a change of region between two points.
 ///
-/// Each evaluation halves the probability that the change is in the bracket. Where it is expected at a place, its
-/// distribution is that of Cauchy about this place, as the distances of surfaces from patches are distributed, otherwise a
-/// uniform one. Beside a place that is wrong, the distances of the evaluations from it double, since the distribution falls
-/// slowly.
+/// Each evaluation divides the bracket into two parts that are equally probable. Where the change is expected at a place, it
+/// has a Cauchy distribution about this place, as the distances of surfaces from patches have, otherwise a uniform one. If
+/// that place is wrong, the distances of the evaluations from it double, since the distribution falls slowly.
 #[derive(Clone, Debug)]
 pub(super) struct RootSearch {
     from: [f64; 3],
@@ -51,10 +50,10 @@ impl RootSearch {
         if high - low <= 2.0 * self.width {
             return None;
         }
-        // Less than the last bracket by more than rounding.
+        // A little less than the length at which the search ends, so that rounding leaves no longer bracket.
         let last = 1.999 * self.width;
         let least = [low + last, high - last];
-        // What is closer to an end than the length of the last bracket would not end the search any earlier.
+        // A place closer to an end than that would not end the search any earlier.
         let is_long = least[0] < least[1];
         Some(if is_long { self.median().clamp(least[0], least[1]) } else { 0.5 * (low + high) })
     }
@@ -127,6 +126,9 @@ mod tests {
             assert!((found - root).abs() <= 1e-4 && count <= 2, "{root} {found} {count}");
             for wrong in [-0.3, -0.01, 0.002, 0.2] {
                 let (count, found) = search(root, Some((root + wrong, 1e-3)));
+                assert!((found - root).abs() <= 1e-4 && count <= 24, "{root} {wrong} {count}");
+                // The patch passes through all of its points.
+                let (count, found) = search(root, Some((root + wrong, 0.0)));
                 assert!((found - root).abs() <= 1e-4 && count <= 24, "{root} {wrong} {count}");
             }
         }
