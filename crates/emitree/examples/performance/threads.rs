@@ -50,7 +50,7 @@ fn scenes() -> Vec<Scene> {
         Scene { name: "shell by products", rate: Box::new(shell::rate), method: vol(1e-3) },
         Scene { name: "thin sheet by a tree", rate: Box::new(sheet), method: vol(1e-2) },
         Scene {
-            name: "nebula by a tree",
+            name: "nebula by surfaces",
             rate: Box::new(move |position| nebula.rate(position)),
             method: vol(1e-2),
         },
