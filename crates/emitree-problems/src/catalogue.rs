@@ -5,11 +5,15 @@ use crate::beta_model::{self, BetaModel};
 use crate::family::RandomScene;
 use crate::gaussians::Gaussians;
 use crate::nebula::{self, Nebula};
-use crate::{equation8, shell, shock};
+use crate::shapes::named_shape;
+use crate::solids::two_balls;
+use crate::{equation8, shell, shock, tube};
 use emitree::Image;
 
 /// A bound on the error of images from closed forms alone: rounding.
 const CLOSED_FORM: f64 = 1e-13;
+/// A bound on the error of the mean of 32 × 32 lines at limbs, for 48 × 48 pixels or more.
+const IMAGE_ERROR_OF_LINES: f64 = 5e-4;
 
 /// An emission on the unit cube and its exact image in the canonical projection.
 pub struct Problem {
@@ -119,6 +123,34 @@ pub fn problems() -> Vec<Problem> {
     ]
 }
 
+/// Further problems with sharp surfaces: `two balls` of different brightness that overlap, a bent `tube` and a `bar`.
+/// Images are means of 32 × 32 lines for each pixel.
+///
+/// ```
+/// for problem in emitree_problems::catalogue::surface_problems() {
+///     assert!(!problem.smooth);
+///     assert!(problem.exact_image([4, 4]).min_max().1 > 0.0, "{} is dark", problem.name);
+/// }
+/// ```
+pub fn surface_problems() -> Vec<Problem> {
+    let (balls, same_balls) = (two_balls(), two_balls());
+    let bar = named_shape("bar").into_iter().map(|bar| {
+        let same = bar.clone();
+        let image = move |shape| same.reference_image(shape).image;
+        Problem::new("bar", (false, IMAGE_ERROR_OF_LINES), move |at| bar.rate(at), image)
+    });
+    let balls = Problem::new(
+        "two balls",
+        (false, IMAGE_ERROR_OF_LINES),
+        move |at| balls.rate(at),
+        move |shape| same_balls.reference_image(shape).image,
+    );
+    let tube = Problem::new("tube", (false, IMAGE_ERROR_OF_LINES), tube::rate, |shape| {
+        tube::reference_image(shape).image
+    });
+    [balls, tube].into_iter().chain(bar).collect()
+}
+
 /// The problem of this name, if there is one.
 ///
 /// ```
@@ -150,6 +182,18 @@ mod tests {
                 assert!(far < problem.image_error, "{} {at:?}: {far:e}", problem.name);
             }
         }
+    }
+
+    /// The means of 32 × 32 and of 16 × 16 lines differ by less than the bound.
+    #[test]
+    fn means_of_lines_are_within_their_bound() {
+        let shape = [48, 48];
+        let bar = named_shape("bar").map(|bar| bar.reference_image(shape).error);
+        let errors = [two_balls().reference_image(shape).error, tube::reference_image(shape).error];
+        for error in errors.into_iter().chain(bar) {
+            assert!(error < IMAGE_ERROR_OF_LINES, "{error:e}");
+        }
+        assert_eq!(surface_problems().len(), 3);
     }
 
     /// The mean over all pixels does not depend on how many there are.

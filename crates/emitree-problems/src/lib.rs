@@ -48,6 +48,7 @@ pub mod shock;
 pub mod smile;
 pub mod solids;
 pub mod tails;
+pub mod tube;
 pub mod views;
 mod weighted_gaussians;
 pub mod wires;

@@ -104,6 +104,26 @@ pub fn random_solids(seed: u64) -> Solids {
     Solids { solids: (0..count).map(|_| Solid::draw(&mut generator)).collect() }
 }
 
+/// Two balls that overlap, of radii 0.25 and 0.2, with g = 1 in the first and 2.3 in the second: three regions.
+///
+/// ```
+/// let balls = emitree_problems::solids::two_balls();
+/// assert_eq!(balls.rate([0.3, 0.4, 0.4]), 1.0);
+/// assert_eq!(balls.rate([0.5, 0.52, 0.53]), 3.3);
+/// ```
+pub fn two_balls() -> Solids {
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let ball = |rate: f64, centre: [f64; 3], radius: f64| Solid {
+        rate,
+        centre,
+        axes,
+        semi_axes: [radius; 3],
+        cavity: None,
+    };
+    let solids = vec![ball(1.0, [0.4, 0.45, 0.45], 0.25), ball(2.3, [0.6, 0.58, 0.6], 0.2)];
+    Solids { solids }
+}
+
 impl Solids {
     /// The emission rate at a point of the unit cube.
     ///

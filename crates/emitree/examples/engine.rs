@@ -4,7 +4,7 @@
 //! `cargo run --release -p emitree --example engine -- named 1e-2,1e-3` renders the named problems
 //! with method `vol`, `… -- family 0 240 1e-2` the random scenes of seeds 0 to 239,
 //! `… -- peaks 0 40 1e-2` anisotropic peaks, `… -- solids 0 120 1e-2` sums of random solids with sharp
-//! surfaces, `… -- shapes 0 80 1e-2` random boxes, ellipsoids, cylinders, unions and shells,
+//! surfaces, `… -- surfaces 1e-2,1e-3` two balls, a bent tube and a bar, `… -- shapes 0 80 1e-2` random boxes, ellipsoids, cylinders, unions and shells,
 //! `… -- planets 0 80 1e-2` these around an opaque planet, in orthographic and perspective views,
 //! `… -- divided 0 48 1e-2` Gaussians divided by declared planes,
 //! `… -- wires 0 96 1e-2` narrow wires wound about random axes,
@@ -21,7 +21,7 @@ use emitree::projection::GeometryError;
 use emitree::refinement::Threshold;
 use emitree::tree::BuildOptions;
 use emitree::{Canonical, FromFn, Image, Projection, RenderOptions, Rendering, VolOptions, render};
-use emitree_problems::catalogue::{problem, problems};
+use emitree_problems::catalogue::{Problem, problem, problems, surface_problems};
 use emitree_problems::deep::random_deep;
 use emitree_problems::divided::random_divided;
 use emitree_problems::family::{RandomScene, Reference, random_peak, random_scene};
@@ -43,8 +43,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match words.as_slice() {
-        ["named", tolerances] => named(&numbers(tolerances)?, ""),
-        ["named", tolerances, name] => named(&numbers(tolerances)?, name),
+        ["named", tolerances] => named(problems(), &numbers(tolerances)?, ""),
+        ["named", tolerances, name] => named(problems(), &numbers(tolerances)?, name),
+        ["surfaces", tolerances] => named(surface_problems(), &numbers(tolerances)?, ""),
         ["family", from, to, tolerances] => {
             let scenes = (from.parse()?..to.parse()?).map(|seed| smooth_scene(random_scene(seed)));
             many(scenes.collect(), &numbers(tolerances)?)
@@ -94,7 +95,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ["paper", tolerances] => paper_named(&numbers(tolerances)?),
         ["paper", from, to, tolerances] => paper(from.parse()?, to.parse()?, &numbers(tolerances)?),
         ["trace", name, tolerance] => trace(name, tolerance.parse()?),
-        _ => Err("expected: named T,… [NAME] | family FROM TO T,… | peaks FROM TO T,… | \
+        _ => Err("expected: named T,… [NAME] | surfaces T,… | family FROM TO T,… | peaks FROM TO T,… | \
                   solids FROM TO T,… | shapes FROM TO T,… | planets FROM TO T,… | divided FROM TO T,… | \
                   wires FROM TO T,… | smile FROM TO T,… | deep FROM TO FACTOR T,… | views FROM TO T,… | rooms FROM TO T,… | \
                   monotone FROM TO [peaks] | paper [FROM TO] T,… | trace NAME T"
@@ -128,12 +129,12 @@ fn inside(rendering: &Rendering, exact: &Image, slack: f64) -> f64 {
     within.count() as f64 / exact.pixels().len() as f64
 }
 
-fn named(tolerances: &[f64], only: &str) -> Result<(), Box<dyn Error>> {
+fn named(problems: Vec<Problem>, tolerances: &[f64], only: &str) -> Result<(), Box<dyn Error>> {
     println!(
         "| scene | tolerance | evaluations | batches | true error | estimate | inside | seconds |"
     );
     println!("| --- | --- | --- | --- | --- | --- | --- | --- |");
-    for problem in problems().iter().filter(|p| p.name.starts_with(only)) {
+    for problem in problems.iter().filter(|p| p.name.starts_with(only)) {
         let exact = problem.exact_image(SHAPE);
         for &tolerance in tolerances {
             let start = Instant::now();
