@@ -6,7 +6,6 @@
 
 use crate::parallel::prelude::*;
 use crate::vol::surfaces::aim::Aim;
-use crate::vol::surfaces::facets::is_in_view;
 use crate::vol::surfaces::octree::{Cell, Label, Leaf, Octree};
 use crate::vol::surfaces::search::{Failure, Search};
 use crate::vol::tuning::TUNING;
@@ -104,7 +103,7 @@ fn disagreements(tree: &Octree, aim: &Aim<'_>, leaf: usize) -> Vec<Disagreement>
             places[(axis + 1) % 3] += place[0];
             places[(axis + 2) % 3] += place[1];
             let at = tree.grid.point(cell.0, places);
-            if !is_in_view(&tree.grid, at) || aim.hides(&tree.grid, at) {
+            if !tree.grid.contains(at) || aim.hides(&tree.grid, at) {
                 continue;
             }
             let other = tree.find(at);

@@ -1,9 +1,9 @@
-//! Patches of cells: fits to the points around them, and the places of their checks.
+//! Patches of cells: fits to the points around them.
 
 use crate::parallel::prelude::*;
-use crate::projection::vector::{along, difference, norm, unit};
+use crate::projection::vector::{along, difference, unit};
 use crate::vol::lattice;
-use crate::vol::surfaces::octree::{Cell, Facet, Grid, Label, is_ambiguous, region};
+use crate::vol::surfaces::octree::{Cell, Facet, Label, is_ambiguous, region};
 use crate::vol::surfaces::patch::{FitPoint, Patch};
 use crate::vol::surfaces::points::PointIndex;
 use crate::vol::surfaces::search::{OpenCell, Search};
@@ -13,11 +13,6 @@ use rustc_hash::FxHashMap;
 
 /// The reaches within which the points of several patches are taken.
 const REACHES: [i32; 3] = [1, 2, 4];
-/// The places of a patch, or of it on a face, among which the one furthest from all points is checked; the distance,
-/// in sizes of the cell, below which a place is near to a point; and that from a face of the places on it.
-const PLACES: usize = 24;
-const NEAR: f64 = 0.15;
-const BESIDE_FACE: f64 = 0.02;
 
 impl Search<'_> {
     /// Fits patches to all cells that have no good ones yet.
@@ -250,87 +245,4 @@ impl Search<'_> {
         let least = least.fold(f64::INFINITY, f64::min);
         -size < least && least < -0.2 * facet.allowed
     }
-
-    /// The points on both sides of the patches of cells at which they are checked, with the numbers
-    /// of the cells.
-    pub(super) fn places_of_checks(&self, cells: &[OpenCell]) -> Vec<(usize, [f64; 3])> {
-        let mut places = Vec::new();
-        let Some(level) = cells.first().map(|cell| cell.cell.0) else { return places };
-        let index = PointIndex::new(self, self.grid.cell_size(level));
-        for (number, cell) in cells.iter().enumerate().filter(|(_, cell)| cell.is_done) {
-            let facets = cell.facets.as_deref().unwrap_or_default();
-            let patches =
-                facets.iter().flat_map(|of| of.wall.patches().iter().map(move |p| (of, p)));
-            for (facet, patch) in patches {
-                let points = self.points_of_check(&index, cell, facets, (facet, patch));
-                places.extend(points.into_iter().map(|point| (number, point)));
-            }
-        }
-        places
-    }
-
-    /// The points on both sides of a patch where it is furthest from the points of surfaces in its cell, as far as
-    /// lines of sight reach both and such places are not near. The same on each face of the cell that is at the border
-    /// of the view: there is no cell beyond it to be compared with.
-    fn points_of_check(
-        &self,
-        index: &PointIndex,
-        cell: &OpenCell,
-        facets: &[Facet],
-        (facet, patch): (&Facet, &Patch),
-    ) -> Vec<[f64; 3]> {
-        let (level, at) = cell.cell;
-        let size = self.grid.cell_size(level);
-        let pair = (facet.below.min(facet.above), facet.below.max(facet.above));
-        let known = index.near(self, pair, self.grid.centre(cell.cell), 1);
-        // An error that is larger than its estimate is that of a fit which does not know a part of the cell.
-        let [least, most] = [TUNING.surfaces.check_least, TUNING.surfaces.check_distance];
-        let distance = TUNING.surfaces.check_errors * facet.error;
-        let distance = distance.clamp(least * facet.allowed, most * facet.allowed);
-        let is_seen = |at: &[f64; 3]| is_in_view(&self.grid, *at) && !self.hides(*at);
-        let edges = self.grid.cell_edges(level);
-        // The distance of the patch from known points at a place in the cell, with the points of a check there.
-        let at_place = |u: [f64; 3]| {
-            let place = core::array::from_fn(|k| f64::from(at[k]) + u[k]);
-            let foot = patch.foot(self.grid.point(level, place));
-            let is_inside = (0..3).all(|k| {
-                let along = foot[k] / edges[k] - f64::from(at[k]);
-                (-0.02..=1.02).contains(&along)
-            });
-            let normal = patch.normal(foot);
-            let points = [-distance, distance].map(|along_it| along(foot, along_it, normal));
-            if !(is_inside && points.iter().all(is_seen)) {
-                return None;
-            }
-            if facets.len() > 1 || facet.wall.patches().len() > 1 {
-                let beside = [-1.0, 1.0]
-                    .map(|side| region(facets, along(foot, 2.0 * side * facet.allowed, normal)).0);
-                if beside != [facet.below, facet.above] {
-                    return None;
-                }
-            }
-            let from = |point: &FitPoint| norm(difference(point.at, foot));
-            let nearest = known.iter().map(from).fold(f64::INFINITY, f64::min);
-            (nearest > NEAR * size).then_some((nearest, points))
-        };
-        let mut found = Vec::new();
-        let faces = self.grid.faces_at_border(cell.cell);
-        for face in core::iter::once(None).chain(faces.map(Some)) {
-            let places = (0..PLACES).map(lattice::point).map(|mut u| {
-                if let Some((axis, is_upper)) = face {
-                    u[axis] = if is_upper { 1.0 - BESIDE_FACE } else { BESIDE_FACE };
-                }
-                u
-            });
-            let furthest =
-                places.filter_map(&at_place).reduce(|a, b| if b.0 > a.0 { b } else { a });
-            found.extend(furthest.into_iter().flat_map(|(_, points)| points));
-        }
-        found
-    }
-}
-
-/// Whether a point is in the view.
-pub(super) fn is_in_view(grid: &Grid, at: [f64; 3]) -> bool {
-    (0..3).all(|k| (0.0..=grid.edges[k]).contains(&at[k]))
 }

@@ -47,6 +47,7 @@ mod start;
 mod regions;
 mod borders;
 mod facets;
+mod checks;
 mod faces;
 mod polynomial;
 mod boxes;

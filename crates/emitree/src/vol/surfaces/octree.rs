@@ -162,6 +162,11 @@ pub(super) struct Grid {
 }
 
 impl Grid {
+    /// Whether a point is in the view.
+    pub(super) fn contains(&self, at: [f64; 3]) -> bool {
+        (0..3).all(|k| (0.0..=self.edges[k]).contains(&at[k]))
+    }
+
     /// The edges of the cells of a level.
     pub(super) fn cell_edges(&self, level: u8) -> [f64; 3] {
         core::array::from_fn(|k| self.edges[k] / f64::from(self.base[k] << level))

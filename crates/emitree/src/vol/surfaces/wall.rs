@@ -64,6 +64,37 @@ impl Wall {
         self.patch_at(at).normal(at)
     }
 
+    /// The edge between two patches beside a point: a point of it, and a step upwards in which the heights above both
+    /// rise by 1. `None` where they are nearly parallel.
+    pub(super) fn edge(
+        &self,
+        (i, j): (usize, usize),
+        from: [f64; 3],
+    ) -> Option<([f64; 3], [f64; 3])> {
+        const STEPS: usize = 4;
+        const LEAST_SINE: f64 = 1e-2;
+        // The planes that touch the patches at a point: the height above each along its normal, their normals, and the
+        // cosine and the squared sine between these.
+        let tangent = |at: [f64; 3]| {
+            let patches = [i, j].map(|k| &self.patches[k]);
+            let normals = patches.map(|patch| patch.normal(at));
+            let height = |k: usize| patches[k].above(at) * dot(patches[k].axis(), normals[k]);
+            let cosine = dot(normals[0], normals[1]);
+            let square = 1.0 - cosine * cosine;
+            let heights = [height(0), height(1)];
+            (square > LEAST_SINE * LEAST_SINE).then_some((heights, normals, cosine, square))
+        };
+        let mut at = from;
+        for _ in 0..STEPS {
+            let ([a, b], normals, cosine, square) = tangent(at)?;
+            at = along(at, (cosine * b - a) / square, normals[0]);
+            at = along(at, (cosine * a - b) / square, normals[1]);
+        }
+        let (_, normals, cosine, _) = tangent(at)?;
+        let sum = along(normals[0], 1.0, normals[1]);
+        Some((at, sum.map(|x| x / (1.0 + cosine))))
+    }
+
     /// Several patches through points that no single one fits, with their error: as few as reach
     /// `wanted`. `size` is that of the cell, `cell` its centre, and the points are within so many
     /// reaches of it.

@@ -99,3 +99,41 @@ fn too_few_points_give_no_wall() {
     let few: Vec<FitPoint> = points(height, 2.6).into_iter().take(4).collect();
     assert_eq!(Wall::fit(&few, CELL, (SIZE, 1), 1e-3), None);
 }
+
+#[test]
+fn the_edge_between_two_patches_is_where_both_surfaces_are() {
+    // Two spheres that meet in a circle.
+    let centres = [[0.9, 0.45, 0.45], [0.45, 0.9, 0.45]];
+    let height = |k: usize, at: [f64; 3]| norm(difference(at, centres[k])) - 0.46;
+    let patches = [0, 1].map(|k| {
+        let normal = unit(difference(CELL, centres[k])).unwrap();
+        let fit = Patch::fit(&points(|at| height(k, at), 1.8), CELL, normal, SIZE, 0.0);
+        let (patch, error) = fit.unwrap();
+        assert!(error < 1e-4, "{error}");
+        patch
+    });
+    let wall = Wall { patches: patches.to_vec(), is_above_all: true };
+    for from in [CELL, [0.47, 0.44, 0.48], [0.42, 0.42, 0.41]] {
+        let (at, upward) = wall.edge((0, 1), from).unwrap();
+        assert!(norm(difference(at, from)) < 0.05, "{at:?}");
+        for k in [0, 1] {
+            assert!(wall.patches[k].above(at).abs() < 1e-12);
+            assert!(height(k, at).abs() < 5e-4, "{}", height(k, at));
+            let step = 1e-3;
+            let rise = (height(k, along(at, step, upward)) - height(k, at)) / step;
+            assert!((rise - 1.0).abs() < 0.01, "{rise}");
+        }
+    }
+}
+
+#[test]
+fn patches_that_are_parallel_have_no_edge() {
+    let plane = |height: f64| {
+        let at = |k: usize| [0.4 + 0.02 * (k % 5) as f64, 0.4 + 0.02 * (k / 5) as f64, height];
+        let point = |k| FitPoint { at: at(k), axis: 2, is_upward: true, distance: 0.01 };
+        let points: Vec<FitPoint> = (0..25).map(point).collect();
+        Patch::fit(&points, CELL, [0.0, 0.0, 1.0], SIZE, 0.0).unwrap().0
+    };
+    let wall = Wall { patches: vec![plane(0.44), plane(0.46)], is_above_all: true };
+    assert_eq!(wall.edge((0, 1), CELL), None);
+}
