@@ -43,7 +43,7 @@ fn brightness(x: f64) -> f64 {
 fn inwards(position: [f64; 3]) -> f64 {
     let [x, y, z] = position.map(|along| along - 0.5);
     let [across, up] = [TILT[0] * y - TILT[1] * z, TILT[1] * y + TILT[0] * z];
-    TUBE * TUBE - (x.hypot(across) - RING).powi(2) - up * up
+    TUBE * TUBE - ((x * x + across * across).sqrt() - RING).powi(2) - up * up
 }
 
 /// ∫ g dz over 0 ≤ z ≤ 1 at (x, y).
@@ -58,7 +58,10 @@ pub fn line_integral([x, y]: [f64; 2]) -> f64 {
     let [low, high] = [-TUBE, TUBE].map(|up| 0.5 + (up - TILT[1] * (y - 0.5)) / TILT[0]);
     let depth = |k: u32| (low + (high - low) * f64::from(k) / f64::from(INTERVALS)).clamp(0.0, 1.0);
     let mut chords = 0.0;
-    for k in 0..INTERVALS {
+    // The shadow of the ring is narrower than the ring.
+    let is_beside = [x, y].iter().any(|along| (along - 0.5).abs() > RING + TUBE);
+    let intervals = if is_beside { 0 } else { INTERVALS };
+    for k in 0..intervals {
         let [from, to] = [depth(k), depth(k + 1)];
         chords += match [is_inside(from), is_inside(to)] {
             [false, false] => 0.0,
