@@ -43,7 +43,7 @@ fn brightness(x: f64) -> f64 {
 fn inwards(position: [f64; 3]) -> f64 {
     let [x, y, z] = position.map(|along| along - 0.5);
     let [across, up] = [TILT[0] * y - TILT[1] * z, TILT[1] * y + TILT[0] * z];
-    TUBE * TUBE - ((x * x + across * across).sqrt() - RING).powi(2) - up * up
+    TUBE * TUBE - (x.hypot(across) - RING).powi(2) - up * up
 }
 
 /// ∫ g dz over 0 ≤ z ≤ 1 at (x, y).
