@@ -98,8 +98,8 @@ pub fn random_shape(seed: u64) -> Shape {
     Shape { kind, bodies, cavity, inside, gradient, outside }
 }
 
-/// A shape by name, of constant emission rates and nothing around it: a `ball`, `two balls` that overlap, a
-/// spherical `shell`, or a tilted `bar`, four to ten times as long as wide.
+/// A shape by name, of constant emission rates and nothing around it: a `ball`, `two balls` that overlap, or a
+/// spherical `shell`.
 ///
 /// ```
 /// let shell = emitree_problems::shapes::named_shape("shell").unwrap();
@@ -121,15 +121,23 @@ pub fn named_shape(name: &str) -> Option<Shape> {
             ("union", vec![ball([0.42, 0.45, 0.5], 0.24), ball([0.62, 0.58, 0.45], 0.2)], None)
         }
         "shell" => ("shell", vec![ball([0.5; 3], 0.3)], Some(ball([0.5; 3], 0.24))),
-        "bar" => {
-            let axes = [[0.48, 0.6, 0.64], [0.8, 0.0, -0.6], [-0.36, 0.8, -0.48]];
-            let bar =
-                Body { form: Form::Cuboid, centre: [0.5; 3], axes, semi_axes: [0.4, 0.1, 0.04] };
-            ("box", vec![bar], None)
-        }
         _ => return None,
     };
     Some(Shape { kind, bodies, cavity, inside: 1.0, gradient: [0.0; 3], outside: 0.0 })
+}
+
+/// A tilted bar with sharp edges, of a constant emission rate: four times as long as wide, ten times as long as high.
+///
+/// ```
+/// let bar = emitree_problems::shapes::bar();
+/// assert_eq!(bar.kind(), "box");
+/// assert_eq!((bar.rate([0.5; 3]), bar.rate([0.5, 0.5, 0.7])), (1.0, 0.0));
+/// ```
+pub fn bar() -> Shape {
+    let axes = [[0.48, 0.6, 0.64], [0.8, 0.0, -0.6], [-0.36, 0.8, -0.48]];
+    let (form, centre, semi_axes) = (Form::Cuboid, [0.5; 3], [0.4, 0.1, 0.04]);
+    let bodies = vec![Body { form, centre, axes, semi_axes }];
+    Shape { kind: "box", bodies, cavity: None, inside: 1.0, gradient: [0.0; 3], outside: 0.0 }
 }
 
 impl Body {
@@ -318,19 +326,18 @@ mod tests {
         }
     }
 
-    /// The bar has the volume of a box, and its sides are perpendicular.
+    /// That of the bar is the product of its sides: they are perpendicular.
     #[test]
     fn shapes_by_name_hold_their_volumes() {
         let ball = |radius: f64| 4.0 / 3.0 * core::f64::consts::PI * radius.powi(3);
-        let volumes = [
-            ("ball", ball(0.3)),
-            ("shell", ball(0.3) - ball(0.24)),
-            ("bar", 8.0 * 0.4 * 0.1 * 0.04),
-        ];
-        for (name, volume) in volumes {
-            let image = named_shape(name).map(|shape| shape.reference_image([32, 32]).image);
-            let mean = image.map_or(0.0, |image| image.pixels().iter().sum::<f64>() / 1024.0);
-            assert!((mean - volume).abs() < 1e-4 * volume, "{name}: {mean} instead of {volume}");
+        let named = ["ball", "shell"].map(named_shape);
+        let volumes = [ball(0.3), ball(0.3) - ball(0.24), 8.0 * 0.4 * 0.1 * 0.04];
+        let shapes: Vec<Shape> = named.into_iter().flatten().chain([bar()]).collect();
+        assert_eq!(shapes.len(), volumes.len());
+        for (shape, volume) in shapes.iter().zip(volumes) {
+            let image = shape.reference_image([32, 32]).image;
+            let mean = image.pixels().iter().sum::<f64>() / 1024.0;
+            assert!((mean - volume).abs() < 1e-4 * volume, "{mean} instead of {volume}");
         }
         assert_eq!(named_shape("sun"), None);
     }

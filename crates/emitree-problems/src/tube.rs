@@ -1,8 +1,8 @@
 //! A bent tube, closed to a tilted ring: g in it changes linearly, and a faint smooth glow is around it.
 //!
 //! The ring is a torus of radius 0.25 with a tube of radius 0.07 around the centre of the unit cube, tilted about
-//! the x axis by arctan 3/4, so that lines of sight cross it up to four times, and its limbs have cusps. In the tube g is
-//! 1 + 5 (x − ½) / 3, which is constant along a line of sight, and everywhere there are ⅕ exp(−4 d²) at the distance d from the
+//! the x axis by arctan 3/4, so that lines of sight cross its surface up to four times. In the tube g is
+//! 1 + 5 (x − ½) / 3, which is constant along a line of sight, and everywhere ⅕ exp(−4 d²) is added at the distance d from the
 //! centre: ∫ g dz is the sum of the chords and an error function. The ends of the chords are bisected to rounding between
 //! 97 depths where the tube may be; a chord between two of them is shorter than 1/500, and missed.
 
@@ -15,7 +15,7 @@ const RING: f64 = 0.25;
 const TUBE: f64 = 0.07;
 /// The cosine and the sine of the tilt.
 const TILT: [f64; 2] = [0.8, 0.6];
-/// Intervals in which the ends of chords are looked for, and the bisections of each.
+/// The intervals of depth in which the ends of chords are searched for, and the bisections of each.
 const INTERVALS: u32 = 96;
 const BISECTIONS: u32 = 45;
 
@@ -58,7 +58,7 @@ pub fn line_integral([x, y]: [f64; 2]) -> f64 {
     let [low, high] = [-TUBE, TUBE].map(|up| 0.5 + (up - TILT[1] * (y - 0.5)) / TILT[0]);
     let depth = |k: u32| (low + (high - low) * f64::from(k) / f64::from(INTERVALS)).clamp(0.0, 1.0);
     let mut chords = 0.0;
-    // The shadow of the ring is narrower than the ring.
+    // No point of the tube is further from the centre along x or y.
     let is_beside = [x, y].iter().any(|along| (along - 0.5).abs() > RING + TUBE);
     let intervals = if is_beside { 0 } else { INTERVALS };
     for k in 0..intervals {
@@ -106,8 +106,8 @@ mod tests {
     #[test]
     fn the_image_holds_the_volume() {
         let image = reference_image([32, 32]).image;
-        let erf = (0.5 * PI.sqrt() * libm::erf(1.0)).powi(3);
-        let expected = 2.0 * PI * PI * RING * TUBE * TUBE + 0.2 * erf;
+        let glow = 0.2 * (0.5 * PI.sqrt() * libm::erf(1.0)).powi(3);
+        let expected = 2.0 * PI * PI * RING * TUBE * TUBE + glow;
         let mean = image.pixels().iter().sum::<f64>() / 1024.0;
         assert!((mean - expected).abs() < 1e-5 * expected, "{mean} instead of {expected}");
     }
