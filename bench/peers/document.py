@@ -36,7 +36,8 @@ def _users(rows: Sequence[Row], contestants: Sequence[Contestant]) -> str:
         [
             "## What a user would pick",
             f"{tables.OURS} with that error as its tolerance; the others at the cheapest setting "
-            "with at most that error, chosen in hindsight, or where they come closest, if all miss it. "
+            "with at most that error, chosen in hindsight, or where they come closest, if all miss "
+            "it. "
             f"The last column is what {tables.OURS} takes of the evaluations, seconds and memory "
             "of each; where it takes more, it loses: **bold**. Fixed steps are what NumPy's users "
             "write: 1, 4 or 16 lines of sight through each pixel.",
