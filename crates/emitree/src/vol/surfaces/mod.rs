@@ -31,6 +31,7 @@ mod nearest;
 mod patch;
 mod wall;
 mod octree;
+mod known_leaves;
 mod samples;
 mod visible;
 mod sky;

@@ -3,6 +3,7 @@
 use crate::vol::lowrank::WeightedView;
 use crate::vol::sampling::Stop;
 use crate::vol::surfaces::aim::Aim;
+use crate::vol::surfaces::known_leaves::KnownLeaves;
 use crate::vol::surfaces::octree::{Cell, Facet, Grid, HIDDEN, Label, Leaf, region};
 use crate::vol::surfaces::samples::Samples;
 use crate::vol::tuning::TUNING;
@@ -88,6 +89,8 @@ pub(super) struct Search<'a> {
     pub(super) points: Vec<SurfacePoint>,
     pub(super) lines: FxHashMap<LatticeLine, Vec<(f64, usize)>>,
     pub(super) leaves: BTreeMap<Cell, Leaf>,
+    /// The leaves whose faces have been compared.
+    pub(super) compared: KnownLeaves,
     /// The evaluations that may be made.
     pub(super) left: u64,
 }
@@ -103,7 +106,8 @@ impl<'a> Search<'a> {
     ) -> Self {
         let (corners, lines) = (FxHashMap::default(), FxHashMap::default());
         let (points, leaves) = (Vec::new(), BTreeMap::new());
-        Self { view, grid, aim, tolerance, samples, corners, points, lines, leaves, left }
+        let compared = KnownLeaves::default();
+        Self { view, grid, aim, tolerance, samples, corners, points, lines, leaves, compared, left }
     }
 
     /// G at points, in one batch.

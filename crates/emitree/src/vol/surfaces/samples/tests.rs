@@ -1,10 +1,11 @@
 //! Regions of samples by their values.
 
 use super::*;
+use crate::projection::vector::{difference, norm};
 
 /// Samples on a lattice, of the regions below and above a plane.
 fn samples(rate: impl Fn([f64; 3]) -> f64) -> Samples {
-    let mut samples = Samples::new(0.05, 1e-4);
+    let mut samples = Samples::new(0.2, 1e-4);
     let labels = [samples.new_label(), samples.new_label()];
     for k in 0..512_u32 {
         let at = [k % 8, k / 8 % 8, k / 64].map(|k| f64::from(k) / 7.0);
