@@ -89,7 +89,7 @@ pub(super) async fn locate<'a>(
     let mut search = Search::new(request.view, grid, aim, tolerance, samples, left);
     search.find_regions(start.base, start.whole, start.scattered).await?;
     search.run().await?;
-    let (mut rounds, mut improvements) = (0, 0);
+    let (mut rounds, mut failures, mut improvements) = (0, 0, 0);
     let mut lines = KnownLines::default();
     loop {
         let model = model(&mut search).await?;
@@ -100,7 +100,8 @@ pub(super) async fn locate<'a>(
             let verdict = search.verify(&model, &maps, rounds).await?;
             rounds += 1;
             if !verdict.has_passed {
-                if rounds == TUNING.surfaces.verifications {
+                failures += 1;
+                if failures == TUNING.surfaces.verifications {
                     return Ok(None);
                 }
                 search.divide(&verdict.wrong, Reason::Wrong).await?;
