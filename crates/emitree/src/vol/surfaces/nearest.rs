@@ -109,7 +109,7 @@ mod tests {
         // Most places are in a small part.
         let place = |number: usize| {
             let u = lattice::point(number);
-            if number % 4 > 0 { u.map(|along| 0.3 + 0.05 * along) } else { u }
+            if number.is_multiple_of(4) { u } else { u.map(|along| 0.3 + 0.05 * along) }
         };
         let mut buckets = Buckets::new(1.0);
         (0..2000).for_each(|number| buckets.add(place(number), number));
