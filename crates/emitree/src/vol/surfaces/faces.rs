@@ -54,7 +54,7 @@ impl Search<'_> {
     /// The leaves that are wrong beside a face, as far as they can be divided.
     pub(super) async fn disagreeing(&mut self) -> Result<Vec<Cell>, Failure> {
         let tree = self.octree();
-        // Leaves that have not changed agree with those around them, unless these have.
+        // Unchanged leaves beside unchanged ones have been compared: they agree, or cannot be divided.
         let base_cell = |leaf: usize| {
             let (level, at) = tree.leaves[leaf].0;
             at.map(|k| k >> level)

@@ -133,7 +133,7 @@ impl Search<'_> {
         for &reaches in reaches {
             // Beside an edge, all further points are those of coarser cells.
             let points = index.near(self, pair, centre, reaches);
-            // The same points with wider limits, but not twice.
+            // The limits are wider, too: the same points are tried again once.
             if reaches > REACHES[1] && points.len() == count {
                 break;
             }

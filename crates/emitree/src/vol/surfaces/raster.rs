@@ -23,17 +23,15 @@ const FINE_BELOW: f64 = 5e-3;
 /// The number of lattices after each other that have to agree with the one before: two lattices alone agree by chance
 /// in some pixels of an image.
 const AGREEMENTS: usize = 2;
-/// The most times that the parts of a pixel at a limb are halved.
-const HALVINGS_AT_LIMB: usize = 4;
+/// The number of rules for a pixel at a limb, each with parts half as long as the one before.
+const RULES_AT_LIMB: usize = 4;
 /// Lattices agree if their means differ by less than this share of the error allowed.
 const CHANGE: f64 = 0.05;
 /// A pixel whose lines differ from each other by more than this share of the error allowed has more
 /// lines.
 const SPREAD: f64 = 0.02;
-
 /// A pixel whose first lines have an error above this share of the error allowed has more lines in rough maps.
 const SUSPECT: f64 = 0.5;
-
 /// The lines of a pixel on which leaves to improve are searched for, for each improvement.
 const LINES_TO_IMPROVE: [usize; 4] = [13, 34, 89, 233];
 
@@ -143,7 +141,7 @@ impl Model {
         first.collect()
     }
 
-    /// The mean over so many lines of a pixel that means over fewer agree, among them that over the lines `before`.
+    /// The mean over a pixel by more and more lines, until it agrees with those by fewer; `before` is the first of these.
     fn settled(
         &self,
         aim: &Aim<'_>,
@@ -153,17 +151,19 @@ impl Model {
     ) -> LineIntegral {
         let mut lines = Pixel::new(self, aim, pixel, known);
         let allowed = CHANGE * aim.target / aim.scale.pixels()[pixel];
-        let mut settled = Settled { last: before, agreements: 0 };
-        match aim.visible.as_ref().filter(|of| of.is_at_limb(pixel)) {
-            Some(visible) => (0..HALVINGS_AT_LIMB).any(|step| {
-                settled.add(lines.mean(&visible.nodes_at_limb(pixel, step)), allowed);
-                settled.agreements > 0
-            }),
-            None => lattices(tolerance).iter().any(|&count| {
-                settled.add(lines.mean(&lattice_nodes(count)), allowed);
-                settled.agreements >= AGREEMENTS
-            }),
+        let at_limb = aim.visible.as_ref().filter(|of| of.is_at_limb(pixel));
+        let needed = if at_limb.is_some() { 1 } else { AGREEMENTS };
+        let nodes = |step: usize| match at_limb {
+            Some(of) => (step < RULES_AT_LIMB).then(|| of.nodes_at_limb(pixel, step)),
+            None => lattices(tolerance).get(step).map(|count| lattice_nodes(*count)),
         };
+        let mut settled = Settled { last: before, agreements: 0 };
+        for nodes in (0..).map_while(nodes) {
+            settled.add(lines.mean(&nodes), allowed);
+            if settled.agreements >= needed {
+                break;
+            }
+        }
         settled.last.unwrap_or_default()
     }
 

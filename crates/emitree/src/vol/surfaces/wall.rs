@@ -121,7 +121,7 @@ impl Wall {
                 );
                 best = best.into_iter().chain(found).min_by(|a, b| a.1.total_cmp(&b.1));
             }
-            // Where there is no edge, there is no corner.
+            // Three patches meet at a corner, at which edges between two of them end.
             if best.as_ref().is_none_or(|(_, error)| *error <= wanted) {
                 break;
             }

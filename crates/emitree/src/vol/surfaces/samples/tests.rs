@@ -1,7 +1,6 @@
 //! Regions of samples by their values.
 
 use super::*;
-use crate::projection::vector::{difference, norm};
 
 /// Samples on a lattice, of the regions below and above a plane.
 fn samples(rate: impl Fn([f64; 3]) -> f64) -> Samples {
@@ -13,17 +12,6 @@ fn samples(rate: impl Fn([f64; 3]) -> f64) -> Samples {
         samples.add(at, rate(at), label);
     }
     samples
-}
-
-#[test]
-fn the_nearest_samples_are_those_of_a_comparison_of_all() {
-    let samples = samples(|_| 1.0);
-    let at = [0.33, 0.71, 0.48];
-    let near = samples.nearest(at, 9);
-    let mut all: Vec<(f64, usize)> =
-        (0..samples.len()).map(|i| (norm(difference(samples.get(i).at, at)), i)).collect();
-    all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    assert_eq!(near, all[..9]);
 }
 
 #[test]
