@@ -27,32 +27,32 @@ fn check_view(view: &Jump, evaluations: u64) {
 
 #[test]
 fn a_pinhole() {
-    check("perspective", false, "bounds", 6155);
+    check("perspective", false, "bounds", 6090);
 }
 
 /// From inside it took 152,684 when surfaces were searched for on the image plane, whose poles are single lines.
 #[test]
 fn rows_of_latitudes() {
-    check("equirectangular", true, "nothing", 4477);
+    check("equirectangular", true, "nothing", 4479);
 }
 
 #[test]
 fn a_polar_view() {
-    check("polar", false, "bounds", 4748);
-    check("polar", true, "nothing", 4759);
+    check("polar", false, "bounds", 4825);
+    check("polar", true, "nothing", 4713);
 }
 
 /// 45,393 with spherical bounds (from further away) and 155,316 from inside by image trees.
 #[test]
 fn a_disc() {
-    check("fisheye", false, "bounds", 5173);
-    check("fisheye", true, "nothing", 4375);
+    check("fisheye", false, "bounds", 5223);
+    check("fisheye", true, "nothing", 4524);
 }
 
 /// 14,431 from inside by image trees.
 #[test]
 fn twelve_faces() {
-    check("healpix", false, "bounds", 4527);
+    check("healpix", false, "bounds", 4653);
     check("healpix", true, "nothing", 9964);
 }
 
@@ -60,7 +60,7 @@ fn twelve_faces() {
 /// trees, when these samples did not serve the search for surfaces.
 #[test]
 fn shapes_that_few_samples_meet() {
-    for (seed, evaluations) in [(10, 15_869), (41, 34_073), (60, 12_140), (66, 24_263)] {
+    for (seed, evaluations) in [(10, 15_920), (41, 34_321), (60, 12_864), (66, 24_141)] {
         check_view(&random_jump(seed), evaluations);
     }
 }

@@ -48,17 +48,17 @@ fn check_named(name: &str, evaluations: &[u64]) {
 
 #[test]
 fn two_balls_of_different_brightness_overlap() {
-    check_named("two balls", &[15_045]);
+    check_named("two balls", &[14_707]);
 }
 
 #[test]
 fn a_tube_is_bent_to_a_tilted_ring() {
-    check_named("tube", &[21_400]);
+    check_named("tube", &[21_182]);
 }
 
 #[test]
 fn a_bar_has_sharp_edges() {
-    check_named("bar", &[11_613, 17_254]);
+    check_named("bar", &[10_574, 17_573]);
 }
 
 /// At 0.1 % a second patch of a smooth cell left the surface where the first one returned to it: 2.4·10⁻³, reported as
@@ -67,24 +67,24 @@ fn a_bar_has_sharp_edges() {
 fn the_edge_between_two_patches_of_a_smooth_surface() {
     let scene = random_shape(2);
     let exact = scene.reference_image(SHAPE);
-    check_at(&scene, &exact, 0.1 * TOLERANCE, 19_306);
+    check_at(&scene, &exact, 0.1 * TOLERANCE, 19_708);
 }
 
 /// One smooth patch was fitted to an edge, and was good enough on average: 6.5·10⁻³ instead of 4.9·10⁻³.
 #[test]
 fn the_edges_of_a_box() {
-    check(10, 6803);
+    check(10, 6840);
 }
 
 /// The same beside the end of a cylinder: 8.3·10⁻³ instead of 6.5·10⁻³.
 #[test]
 fn the_edge_of_a_cylinder() {
-    check(12, 14_237);
+    check(12, 13_607);
 }
 
 /// A patch without points in a part of its cell was wrong by sixty times its estimate there, and agreed with
 /// its neighbours: 9.9·10⁻³ instead of 5.8·10⁻³.
 #[test]
 fn a_part_of_a_cell_without_points() {
-    check(172, 9344);
+    check(172, 9871);
 }

@@ -25,10 +25,10 @@ fn check(seed: u64, evaluations: u64) {
 
 #[test]
 fn jorgensen_from_the_dayside() {
-    check(3, 5957);
+    check(3, 5949);
 }
 
 #[test]
 fn cmem_in_an_equirectangular_view() {
-    check(5, 37_296);
+    check(5, 37_563);
 }

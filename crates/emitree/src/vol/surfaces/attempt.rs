@@ -84,47 +84,36 @@ pub(super) async fn locate<'a>(
     }
     aim.target = tolerance * start.largest;
     let scale = request.scale.largest();
-    let bucket = grid.cell_size(0);
+    let bucket = 0.25 * grid.cell_size(0);
     let samples = Samples::new(bucket, TUNING.surfaces.negligible * aim.target / scale);
     let mut search = Search::new(request.view, grid, aim, tolerance, samples, left);
     search.find_regions(start.base, start.whole, start.scattered).await?;
     search.run().await?;
-    let (mut rounds, mut failures, mut improvements) = (0, 0, 0);
+    let (mut rounds, mut improvements) = (0, 0);
     let mut lines = KnownLines::default();
     loop {
         let model = model(&mut search).await?;
-        let is_last = improvements == TUNING.surfaces.improvements;
-        let mut maps = model.rough_maps(&search.aim, tolerance, &mut lines);
-        if is_last || is_accepted(&maps, tolerance) {
-            search.aim.target = tolerance * maps.image.largest();
-            let verdict = search.verify(&model, &maps, rounds).await?;
-            rounds += 1;
-            if !verdict.has_passed {
-                failures += 1;
-                if failures == TUNING.surfaces.verifications {
-                    return Ok(None);
-                }
-                search.divide(&verdict.wrong, Reason::Wrong).await?;
-                continue;
-            }
-            maps = model.maps(&search.aim, tolerance, &mut lines);
-            if is_accepted(&maps, tolerance) {
-                search.aim.target = tolerance * maps.image.largest();
-                return Ok(Some(Located { search, model, maps }));
-            }
-        }
+        let maps = model.maps(&search.aim, tolerance, &mut lines);
         search.aim.target = tolerance * maps.image.largest();
-        if is_last || !improve(&mut search, &model, &maps, improvements).await? {
+        if maps.error.largest() > TUNING.surfaces.accepted_share * search.aim.target {
+            if improvements == TUNING.surfaces.improvements
+                || !improve(&mut search, &model, &maps, improvements).await?
+            {
+                return Ok(None);
+            }
+            improvements += 1;
+            continue;
+        }
+        let verdict = search.verify(&model, &maps, rounds).await?;
+        rounds += 1;
+        if verdict.has_passed {
+            return Ok(Some(Located { search, model, maps }));
+        }
+        if rounds == TUNING.surfaces.verifications {
             return Ok(None);
         }
-        improvements += 1;
+        search.divide(&verdict.wrong, Reason::Wrong).await?;
     }
-}
-
-/// Whether no pixel has too large an error.
-fn is_accepted(maps: &Maps, tolerance: f64) -> bool {
-    let target = tolerance * maps.image.largest();
-    maps.error.largest() <= TUNING.surfaces.accepted_share * target
 }
 
 /// Refines the leaves on the lines of the pixels with the largest errors. Returns whether there are any.

@@ -53,7 +53,7 @@ impl Search<'_> {
                 pieces.push(None);
                 continue;
             }
-            let mut samples = Samples::new(self.grid.cell_size(0), negligible);
+            let mut samples = Samples::new(0.25 * self.grid.cell_size(0), negligible);
             (0..=label).for_each(|_| _ = samples.new_label());
             let of_region = known.iter().filter(|of| of.label == label);
             of_region.for_each(|of| _ = samples.add(of.at, of.rate, label));

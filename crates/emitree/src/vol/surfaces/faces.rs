@@ -54,18 +54,7 @@ impl Search<'_> {
     /// The leaves that are wrong beside a face, as far as they can be divided.
     pub(super) async fn disagreeing(&mut self) -> Result<Vec<Cell>, Failure> {
         let tree = self.octree();
-        // Unchanged leaves beside unchanged ones have been compared: they agree, or cannot be divided.
-        let base_cell = |leaf: usize| {
-            let (level, at) = tree.leaves[leaf].0;
-            at.map(|k| k >> level)
-        };
-        let new: FxHashSet<[u32; 3]> =
-            self.compared.update(&tree).into_iter().map(base_cell).collect();
-        let is_near = |&leaf: &usize| {
-            let cell = base_cell(leaf);
-            around(cell).any(|cell| new.contains(&cell))
-        };
-        let numbers: Vec<usize> = (0..tree.leaves.len()).filter(is_near).collect();
+        let numbers: Vec<usize> = (0..tree.leaves.len()).collect();
         let found = numbers.par_iter().map(|&leaf| disagreements(&tree, &self.aim, leaf));
         let found: Vec<Vec<Disagreement>> = found.collect();
         let mut found: Vec<Disagreement> = found.into_iter().flatten().collect();
@@ -93,14 +82,6 @@ impl Search<'_> {
         let cells = wrong.into_iter().map(|leaf| tree.leaves[leaf].0);
         Ok(cells.filter(|(level, _)| *level < self.grid.finest).collect())
     }
-}
-
-/// A base cell and those beside it.
-fn around(cell: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
-    (0..27).map(move |turn| {
-        let step = [turn % 3, turn / 3 % 3, turn / 9];
-        core::array::from_fn(|k| (cell[k] + step[k]).wrapping_sub(1))
-    })
 }
 
 /// The disagreements of a leaf with patches with those around it.

@@ -129,15 +129,9 @@ impl Search<'_> {
     ) -> Option<(Wall, f64)> {
         let (size, centre) = (self.grid.cell_size(cell.0), self.grid.centre(cell));
         let mut best: Option<(Wall, f64)> = None;
-        let mut count = 0;
         for &reaches in reaches {
             // Beside an edge, all further points are those of coarser cells.
             let points = index.near(self, pair, centre, reaches);
-            // The limits are wider, too: the same points are tried again once.
-            if reaches > REACHES[1] && points.len() == count {
-                break;
-            }
-            count = points.len();
             let found = Wall::fit(&points, centre, (size, reaches), wanted);
             best = best.into_iter().chain(found).min_by(|a, b| a.1.total_cmp(&b.1));
             if best.as_ref().is_some_and(|(_, error)| *error <= wanted) {

@@ -7,7 +7,7 @@
 //!
 //! * `columns`, `nearest`: least squares with leave-one-out errors, and what they are fitted to;
 //! * `patch`: heights over a tangent plane; `wall`: patches that meet; `octree`: leaves with walls
-//!   between regions; `known_leaves`: those that have changed since an earlier tree;
+//!   between regions;
 //! * `samples`: samples of G, and the regions that their values belong to;
 //! * `visible`: where lines of sight end at opaque bodies; `sky`: views of several tiles, with a rim or with a pole;
 //!   `lines_of_sight`: the view as one part; `hits`: samples of other charts that meet a small shape;
@@ -31,7 +31,6 @@ mod nearest;
 mod patch;
 mod wall;
 mod octree;
-mod known_leaves;
 mod samples;
 mod visible;
 mod sky;

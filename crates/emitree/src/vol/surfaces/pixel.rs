@@ -3,9 +3,8 @@
 
 use crate::vol::surfaces::aim::Aim;
 use crate::vol::surfaces::beam::Beam;
-use crate::vol::surfaces::known_leaves::KnownLeaves;
 use crate::vol::surfaces::model::Model;
-use crate::vol::surfaces::octree::{Label, Octree};
+use crate::vol::surfaces::octree::{Cell, Label, Leaf, Octree};
 use crate::vol::surfaces::rays::{LineIntegral, Ray, Segment};
 use crate::vol::view::pixel_rule::RuleNode;
 
@@ -53,7 +52,7 @@ impl PixelLines {
 /// The lines of all pixels through the leaves of one tree.
 #[derive(Debug, Default)]
 pub(super) struct KnownLines {
-    leaves: KnownLeaves,
+    leaves: Vec<(Cell, Leaf)>,
     /// For each pixel its first lines, and those of its lattices.
     pub(super) first: Vec<PixelLines>,
     pub(super) lattices: Vec<PixelLines>,
@@ -74,7 +73,11 @@ impl KnownLines {
             let beyond = lines.iter_mut().skip(MOST_KEPT / per_pixel);
             beyond.for_each(|of| of.is_forgotten = true);
         }
-        for leaf in self.leaves.update(tree) {
+        let is_known = |of: &(Cell, Leaf)| {
+            let known = self.leaves.binary_search_by(|known| known.0.cmp(&of.0));
+            known.is_ok_and(|number| self.leaves[number] == *of)
+        };
+        for leaf in (0..tree.leaves.len()).filter(|&leaf| !is_known(&tree.leaves[leaf])) {
             let [x, y] = [0, 1].map(|axis| tree.ends(leaf, axis));
             // Lines at the border of a pixel are its own, too.
             let [first, last] =
@@ -89,6 +92,7 @@ impl KnownLines {
                 }
             }
         }
+        self.leaves.clone_from(&tree.leaves);
     }
 
     /// Forgets all lines.

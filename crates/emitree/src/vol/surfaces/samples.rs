@@ -1,9 +1,11 @@
 //! Samples of G with the regions that they belong to, decided by the values of samples nearby.
 
+use crate::projection::vector::{difference, norm};
 use crate::vol::surfaces::columns::Columns;
-use crate::vol::surfaces::nearest::Buckets;
+use crate::vol::surfaces::nearest::keep_nearest;
 use crate::vol::surfaces::octree::{HIDDEN, Label};
 use crate::vol::tuning::TUNING;
+use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 
 /// One sample, or a point whose region is known otherwise.
@@ -38,7 +40,9 @@ const MOST_BEYOND: f64 = 2.0;
 #[derive(Debug)]
 pub(super) struct Samples {
     all: Vec<Sample>,
-    buckets: Buckets,
+    buckets: FxHashMap<[i32; 3], Vec<u32>>,
+    /// The edge of a bucket.
+    bucket: f64,
     /// The region that each label stands for: regions whose values agree become one.
     merged: Vec<Label>,
     /// The least and the largest value with each label, and the number of its samples.
@@ -50,11 +54,14 @@ pub(super) struct Samples {
     pub(super) negligible: f64,
 }
 
+/// The number of rings of buckets in which samples are searched for.
+const RINGS: i32 = 6;
+
 impl Samples {
     pub(super) fn new(bucket: f64, negligible: f64) -> Self {
         let (all, merged, ends) = (Vec::new(), Vec::new(), Vec::new());
-        let (buckets, counts, borders) = (Buckets::new(bucket), Vec::new(), BTreeMap::new());
-        Self { all, buckets, merged, ends, counts, borders, negligible }
+        let (buckets, counts, borders) = (FxHashMap::default(), Vec::new(), BTreeMap::new());
+        Self { all, buckets, bucket, merged, ends, counts, borders, negligible }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -155,6 +162,11 @@ impl Samples {
         Label::try_from(found).ok()
     }
 
+    fn place(&self, at: [f64; 3]) -> [i32; 3] {
+        #[expect(clippy::cast_possible_truncation, reason = "a view has few buckets")]
+        at.map(|along| (along / self.bucket).floor() as i32)
+    }
+
     /// Adds a point that no line of sight reaches. It belongs to no region.
     pub(super) fn add_hidden(&mut self, at: [f64; 3]) -> usize {
         self.all.push(Sample { at, rate: 0.0, label: HIDDEN, is_measured: false });
@@ -215,12 +227,37 @@ impl Samples {
             *ends = [ends[0].min(rate), ends[1].max(rate)];
             self.counts[current] += 1;
         }
-        self.buckets.add(at, number);
+        let place = self.place(at);
+        self.buckets.entry(place).or_default().push(u32::try_from(number).unwrap_or(u32::MAX));
     }
 
     /// The nearest samples, with their distances.
     pub(super) fn nearest(&self, at: [f64; 3], count: usize) -> Vec<(f64, usize)> {
-        self.buckets.nearest(at, count, |number| self.all[number].at)
+        let middle = self.place(at);
+        let mut found: Vec<(f64, usize)> = Vec::new();
+        for ring in 0..=RINGS {
+            for dx in -ring..=ring {
+                for dy in -ring..=ring {
+                    let is_side = dx.abs() == ring || dy.abs() == ring;
+                    let step = if is_side || ring == 0 { 1 } else { 2 * ring };
+                    let mut dz = -ring;
+                    while dz <= ring {
+                        let place = [middle[0] + dx, middle[1] + dy, middle[2] + dz];
+                        for &i in self.buckets.get(&place).into_iter().flatten() {
+                            let i = i as usize;
+                            found.push((norm(difference(self.all[i].at, at)), i));
+                        }
+                        dz += step;
+                    }
+                }
+            }
+            let covered = f64::from(ring) * self.bucket;
+            if found.iter().filter(|(distance, _)| *distance <= covered).count() >= count {
+                break;
+            }
+        }
+        keep_nearest(&mut found, count);
+        found
     }
 
     /// The region that the value at a point belongs to; `None` if it fits none nearby.

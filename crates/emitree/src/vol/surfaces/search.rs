@@ -3,7 +3,6 @@
 use crate::vol::lowrank::WeightedView;
 use crate::vol::sampling::Stop;
 use crate::vol::surfaces::aim::Aim;
-use crate::vol::surfaces::known_leaves::KnownLeaves;
 use crate::vol::surfaces::octree::{Cell, Facet, Grid, HIDDEN, Label, Leaf, region};
 use crate::vol::surfaces::samples::Samples;
 use crate::vol::tuning::TUNING;
@@ -89,8 +88,6 @@ pub(super) struct Search<'a> {
     pub(super) points: Vec<SurfacePoint>,
     pub(super) lines: FxHashMap<LatticeLine, Vec<(f64, usize)>>,
     pub(super) leaves: BTreeMap<Cell, Leaf>,
-    /// The leaves whose faces have been compared.
-    pub(super) compared: KnownLeaves,
     /// The evaluations that may be made.
     pub(super) left: u64,
 }
@@ -106,8 +103,7 @@ impl<'a> Search<'a> {
     ) -> Self {
         let (corners, lines) = (FxHashMap::default(), FxHashMap::default());
         let (points, leaves) = (Vec::new(), BTreeMap::new());
-        let compared = KnownLeaves::default();
-        Self { view, grid, aim, tolerance, samples, corners, points, lines, leaves, compared, left }
+        Self { view, grid, aim, tolerance, samples, corners, points, lines, leaves, left }
     }
 
     /// G at points, in one batch.

@@ -121,8 +121,7 @@ impl Wall {
                 );
                 best = best.into_iter().chain(found).min_by(|a, b| a.1.total_cmp(&b.1));
             }
-            // Three patches meet at a corner, at which edges between two of them end.
-            if best.as_ref().is_none_or(|(_, error)| *error <= wanted) {
+            if best.as_ref().is_some_and(|(_, error)| *error <= wanted) {
                 break;
             }
         }
@@ -223,33 +222,30 @@ fn with_one_more(
 ) -> Option<Vec<usize>> {
     // Outliers do not decide.
     let most = 0.5 * size;
-    let weight = |point: &FitPoint| {
-        let is_near = point.distance <= TUNING.surfaces.wall_near * size;
-        if is_near { 1.0 } else { TUNING.surfaces.wall_far_weight }
-    };
     let distances = |plane: &Patch| -> Vec<f64> {
         let normal = plane.normal(plane.middle());
         let distance = |point: &FitPoint| {
             let is_oriented = is_oriented(point, normal, TUNING.surfaces.second_tilt);
-            let distance = if is_oriented { plane.above(point.at).abs().min(most) } else { most };
-            weight(point) * distance
+            if is_oriented { plane.above(point.at).abs().min(most) } else { most }
         };
         points.iter().map(distance).collect()
     };
     let distances: Vec<Vec<f64>> = planes.iter().map(distances).collect();
-    let least = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a.min(*b)).collect();
-    let cost =
-        |a: &[f64], k: usize| -> f64 { a.iter().zip(&distances[k]).map(|(a, b)| a.min(*b)).sum() };
-    if chosen.len() + 1 == count {
-        let of_chosen = chosen.iter().map(|&k| distances[k].clone());
-        let of_chosen = of_chosen.reduce(|a, b| least(&a, &b))?;
-        let all = (0..planes.len()).map(|k| (cost(&of_chosen, k), k));
-        let (_, k) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        return Some([chosen, &[k]].concat());
-    }
-    let pairs = (0..planes.len()).flat_map(|i| (0..i).map(move |j| (j, i)));
-    let all = pairs.map(|(j, i)| (cost(&distances[i], j), [j, i]));
-    all.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, pair)| pair.to_vec())
+    let cost = |of: &[usize]| {
+        let least = |i: usize| {
+            let is_near = points[i].distance <= TUNING.surfaces.wall_near * size;
+            let weight = if is_near { 1.0 } else { TUNING.surfaces.wall_far_weight };
+            weight * of.iter().map(|&k| distances[k][i]).fold(most, f64::min)
+        };
+        (0..points.len()).map(least).sum::<f64>()
+    };
+    let sets: Vec<Vec<usize>> = if chosen.len() + 1 == count {
+        (0..planes.len()).map(|k| [chosen, &[k][..]].concat()).collect()
+    } else {
+        let pairs = (0..planes.len()).flat_map(|i| (0..i).map(move |j| vec![j, i]));
+        pairs.collect()
+    };
+    sets.into_iter().map(|set| (cost(&set), set)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|of| of.1)
 }
 
 /// A direction for the first normal of a wall, from the orientations of points.

@@ -4,7 +4,7 @@ use super::*;
 
 /// Samples on a lattice, of the regions below and above a plane.
 fn samples(rate: impl Fn([f64; 3]) -> f64) -> Samples {
-    let mut samples = Samples::new(0.2, 1e-4);
+    let mut samples = Samples::new(0.05, 1e-4);
     let labels = [samples.new_label(), samples.new_label()];
     for k in 0..512_u32 {
         let at = [k % 8, k / 8 % 8, k / 64].map(|k| f64::from(k) / 7.0);
@@ -12,6 +12,17 @@ fn samples(rate: impl Fn([f64; 3]) -> f64) -> Samples {
         samples.add(at, rate(at), label);
     }
     samples
+}
+
+#[test]
+fn the_nearest_samples_are_those_of_a_comparison_of_all() {
+    let samples = samples(|_| 1.0);
+    let at = [0.33, 0.71, 0.48];
+    let near = samples.nearest(at, 9);
+    let mut all: Vec<(f64, usize)> =
+        (0..samples.len()).map(|i| (norm(difference(samples.get(i).at, at)), i)).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    assert_eq!(near, all[..9]);
 }
 
 #[test]
