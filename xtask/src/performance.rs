@@ -19,9 +19,10 @@ const DOCUMENT: &str = "docs/performance.md";
 /// The section whose numbers are plotted.
 const PLOTTED: &str = "scaling";
 /// The section of scene files, with their tolerance: images without energies whose tolerance is that of the
-/// largest pixel, and whose reference takes less than a minute or two.
+/// largest pixel. References are kept.
 const SCENES: &str = "scenes";
 const TOLERANCE: &str = "0.01";
+const REFERENCES: &str = "target/references";
 const FILES: [&str; 22] = [
     "examples/airglow.toml",
     "examples/beta_model.toml",
@@ -70,7 +71,7 @@ pub(crate) fn run(workspace: &Workspace, sections: &[&str]) -> Result<(), String
     if sections.is_empty() || sections.contains(&SCENES) {
         let mut command = workspace.cargo();
         command.args(["run", "--release", "-p", "emitree-io", "--example", "lines_of_sight", "--"]);
-        command.arg(TOLERANCE).args(FILES);
+        command.args(["table", TOLERANCE]).arg(workspace.path(REFERENCES)).args(FILES);
         printed.push_str(&output_of(&mut command)?);
     }
 

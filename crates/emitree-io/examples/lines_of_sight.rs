@@ -1,16 +1,20 @@
 //! The time of method `vol` beside that of lines of sight with the fewest steps: the table of docs/performance.md,
 //! Scenes.
 //!
-//! `cargo run --release -p emitree-io --example lines_of_sight -- TOLERANCE SCENE.toml …` renders each scene with
-//! 256 × 256 pixels by `vol`, with fewest evaluations and in the shortest time, and by `los` with 1 or 4 lines of each pixel and 4 to 128 steps of each line: the
-//! fastest combination whose error is within the tolerance, in hindsight. The reference has 9 lines of each pixel with 256
-//! steps, and its own error is about its difference from 4 lines with 128 steps.
+//! `cargo run --release -p emitree-io --example lines_of_sight -- table TOLERANCE FOLDER SCENE.toml …` renders each
+//! scene with 256 × 256 pixels by `vol`, with fewest evaluations and in the shortest time, and by `los` with 1 to 16
+//! lines of each pixel and 4 to 128 steps of each line: the fastest combination whose error is within the tolerance, in
+//! hindsight. The reference has 64 lines of each pixel, integrated adaptively, and its own error is about its difference
+//! from 16 lines. References take minutes, but no time of theirs is measured: `… -- references TOLERANCE FOLDER
+//! SCENE.toml …` makes them alone, and FOLDER keeps them.
 #![expect(clippy::print_stdout, reason = "this program prints a table")]
 
 use emitree::los::{LosOptions, Steps};
 use emitree::{Cube, Image, Method, Rendering};
 use emitree_io::{Override, Scene};
 use std::error::Error;
+use std::fs;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 use std::time::Instant;
 
@@ -29,10 +33,23 @@ const LONG: f64 = 2.0;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [tolerance, paths @ ..] = &arguments[..] else {
-        return Err("expected: TOLERANCE SCENE.toml …".into());
+    let [what, tolerance, folder, paths @ ..] = &arguments[..] else {
+        return Err("expected: table|references TOLERANCE FOLDER SCENE.toml …".into());
     };
-    let tolerance: f64 = tolerance.parse()?;
+    let (tolerance, folder): (f64, _) = (tolerance.parse()?, Path::new(folder));
+    if what == "references" {
+        for path in paths {
+            let start = Instant::now();
+            let made = reference(
+                &open(Path::new(path), tolerance, "evaluations")?,
+                path,
+                tolerance,
+                folder,
+            )?;
+            println!("{path}: error {:.0e}, {:.0} s", made.error, start.elapsed().as_secs_f64());
+        }
+        return Ok(());
+    }
     println!("# section: scenes");
     println!("# table: vol beside lines of sight, scenes");
     println!(
@@ -40,7 +57,7 @@ fn main() -> Result<(), Box<dyn Error>> {
          lines x steps,error of los,los s,los / vol,los / least time,error of reference"
     );
     for path in paths {
-        println!("{}", row(Path::new(path), tolerance)?);
+        println!("{}", row(path, tolerance, folder)?);
     }
     Ok(())
 }
@@ -62,13 +79,53 @@ fn open(path: &Path, tolerance: f64, minimize: &str) -> Result<Scene, Box<dyn Er
     Ok(Scene::open(path, &overrides)?)
 }
 
-fn row(path: &Path, tolerance: f64) -> Result<String, Box<dyn Error>> {
-    let scene = open(path, tolerance, "evaluations")?;
-    let adaptive = Steps::Adaptive(ERROR_OF_LINE * tolerance);
-    let [reference, coarser] = REFERENCE.map(|lines| marched(&scene, lines, adaptive));
-    let (reference, coarser) = (reference?, coarser?);
+/// Pixels that are compared with those of an image, and how far those of fewer lines are from them.
+struct Reference {
+    pixels: Vec<f64>,
+    error: f64,
+}
+
+/// The reference of a scene, from the folder if it is there.
+fn reference(
+    scene: &Scene,
+    path: &str,
+    tolerance: f64,
+    folder: &Path,
+) -> Result<Reference, Box<dyn Error>> {
+    let mut hasher = DefaultHasher::new();
+    (fs::read_to_string(path)?, REFERENCE, PIXELS, (ERROR_OF_LINE * tolerance).to_bits())
+        .hash(&mut hasher);
+    let kept = folder.join(format!("{}-{:016x}.f64", stem(path), hasher.finish()));
+    let mut numbers: Vec<f64> = match fs::read(&kept) {
+        Ok(bytes) => bytes.as_chunks().0.iter().map(|of| f64::from_le_bytes(*of)).collect(),
+        Err(_) => {
+            let adaptive = Steps::Adaptive(ERROR_OF_LINE * tolerance);
+            let [fine, coarse] = REFERENCE.map(|lines| marched(scene, lines, adaptive));
+            let pixels = pixels(&fine?);
+            let error = difference(&coarse?, &pixels);
+            let numbers = [pixels, vec![error]].concat();
+            fs::create_dir_all(folder)?;
+            fs::write(&kept, numbers.iter().flat_map(|of| of.to_le_bytes()).collect::<Vec<u8>>())?;
+            numbers
+        }
+    };
+    let error = numbers.pop().ok_or("an empty reference")?;
+    Ok(Reference { pixels: numbers, error })
+}
+
+fn stem(path: &str) -> String {
+    Path::new(path).file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+fn pixels(image: &Rendering<Cube>) -> Vec<f64> {
+    image.values.bands().iter().flat_map(Image::pixels).copied().collect()
+}
+
+fn row(path: &str, tolerance: f64, folder: &Path) -> Result<String, Box<dyn Error>> {
+    let scene = open(Path::new(path), tolerance, "evaluations")?;
+    let reference = reference(&scene, path, tolerance, folder)?;
     let (vol_s, vol) = fastest(|| rendered(&scene, scene.render.method.clone()))?;
-    let in_time = open(path, tolerance, "time")?;
+    let in_time = open(Path::new(path), tolerance, "time")?;
     let (in_time_s, in_time) = fastest(|| rendered(&in_time, in_time.render.method.clone()))?;
     let steps = in_time.stats.line_steps.map_or("-".to_owned(), |steps| steps.to_string());
     let mut best: Option<(f64, usize, usize, f64)> = None;
@@ -80,7 +137,7 @@ fn row(path: &Path, tolerance: f64) -> Result<String, Box<dyn Error>> {
             if best.is_some_and(|(fastest, ..)| seconds > 2.0 * fastest) {
                 break;
             }
-            let error = difference(&found, &reference);
+            let error = difference(&found, &reference.pixels);
             if error <= tolerance {
                 let (seconds, _) = fastest(|| marched(&scene, lines, Steps::Fixed(steps)))?;
                 if best.is_none_or(|(fastest, ..)| seconds < fastest) {
@@ -90,7 +147,6 @@ fn row(path: &Path, tolerance: f64) -> Result<String, Box<dyn Error>> {
             }
         }
     }
-    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let of_los = match best {
         Some((seconds, lines, steps, error)) => {
             let [of_vol, of_time] = [vol_s, in_time_s].map(|of| seconds / of);
@@ -99,12 +155,13 @@ fn row(path: &Path, tolerance: f64) -> Result<String, Box<dyn Error>> {
         None => "none,-,-,-,-".to_owned(),
     };
     Ok(format!(
-        "{name},{},{:.1e},{vol_s:.3},{},{:.1e},{in_time_s:.3},{steps},{of_los},{:.0e}",
+        "{},{},{:.1e},{vol_s:.3},{},{:.1e},{in_time_s:.3},{steps},{of_los},{:.0e}",
+        stem(path),
         vol.stats.evaluations,
-        difference(&vol, &reference),
+        difference(&vol, &reference.pixels),
         in_time.stats.evaluations,
-        difference(&in_time, &reference),
-        difference(&coarser, &reference)
+        difference(&in_time, &reference.pixels),
+        reference.error
     ))
 }
 
@@ -137,12 +194,10 @@ fn fastest<T>(work: impl Fn() -> Result<T, Box<dyn Error>>) -> Result<(f64, T), 
     Ok((seconds, made))
 }
 
-/// The largest difference of two images, as a share of the largest pixel of the second. Pixels without a line of
-/// sight are NaN in both.
-fn difference(image: &Rendering<Cube>, reference: &Rendering<Cube>) -> f64 {
-    let bands = image.values.bands().iter().zip(reference.values.bands());
-    let pixels = bands.flat_map(|(of, exact)| of.pixels().iter().zip(exact.pixels()));
-    let worst = pixels.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    let exact = reference.values.bands().iter().flat_map(Image::pixels);
-    worst / exact.map(|pixel| pixel.abs()).fold(0.0, f64::max)
+/// The largest difference of an image from the exact pixels, as a share of the largest of them. Pixels without a line
+/// of sight are NaN in both.
+fn difference(image: &Rendering<Cube>, exact: &[f64]) -> f64 {
+    let pairs = pixels(image).into_iter().zip(exact);
+    let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    worst / exact.iter().map(|pixel| pixel.abs()).fold(0.0, f64::max)
 }

@@ -19,6 +19,9 @@ use crate::vol::surfaces::start::{Request, Start};
 use crate::vol::surfaces::visible::Visible;
 use crate::vol::tuning::TUNING;
 
+/// The most corners of a lattice that is refined, which has eight times as many then.
+const MOST_REFINED: usize = 1024;
+
 /// The image of surfaces and the pieces beside them.
 #[derive(Debug)]
 pub(crate) struct Found {
@@ -36,8 +39,7 @@ pub(crate) async fn attempt(request: &Request<'_>) -> Result<(Option<Found>, Vec
     let mut rates = request.known.to_vec();
     match find(request, &mut rates).await {
         Ok(found) => Ok((found, rates)),
-        Err(Failure::TooComplex) | Err(Failure::Stopped(Stop::Budget)) => Ok((None, rates)),
-        Err(Failure::Stopped(stop)) => Err(stop),
+        Err(failure) => failure.given_up().map(|()| (None, rates)),
     }
 }
 
@@ -73,22 +75,8 @@ pub(super) async fn locate<'a>(
     let allowed = 1e-2 / tolerance.max(1e-6);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "far below 2⁶⁴")]
     let most = (TUNING.surfaces.most_evaluations * allowed.powf(TUNING.surfaces.growth)) as u64;
-    let mut left = most.min(request.most);
-    let visible = request.limbs.map(|parts| Visible::new(&*request.view.part.chart, parts));
-    let (scale, sky, plane) = (request.scale, request.sky, request.plane);
-    let mut aim = Aim { target: 0.0, scale, visible, sky, plane };
-    let start = Start::sample(request, &grid, &aim, left, rates).await?;
-    left -= start.evaluations;
-    if !(start.largest > 0.0 && start.largest.is_finite()) {
-        return Err(Failure::TooComplex);
-    }
-    aim.target = tolerance * start.largest;
-    let scale = request.scale.largest();
-    let bucket = 0.25 * grid.cell_size(0);
-    let samples = Samples::new(bucket, TUNING.surfaces.negligible * aim.target / scale);
-    let mut search = Search::new(request.view, grid, aim, tolerance, samples, left);
-    search.find_regions(start.base, start.whole, start.scattered).await?;
-    search.run().await?;
+    let left = most.min(request.most);
+    let mut search = divided(request, grid, left, rates).await?;
     let (mut rounds, mut improvements) = (0, 0);
     let mut lines = KnownLines::default();
     loop {
@@ -113,6 +101,41 @@ pub(super) async fn locate<'a>(
             return Ok(None);
         }
         search.divide(&verdict.wrong, Reason::Wrong).await?;
+    }
+}
+
+/// The first division of a view into leaves. If it has too many regions, that is repeated from a finer lattice: corners
+/// that are further apart than a shell is thick meet it at places that nothing connects.
+async fn divided<'a>(
+    request: &Request<'a>,
+    mut grid: Grid,
+    mut left: u64,
+    rates: &mut Vec<f64>,
+) -> Result<Search<'a>, Failure> {
+    let (levels, tolerance) = (grid.finest, request.tolerance);
+    let visible = request.limbs.map(|parts| Visible::new(&*request.view.part.chart, parts));
+    let (scale, sky, plane) = (request.scale, request.sky, request.plane);
+    let mut aim = Aim { target: 0.0, scale, visible, sky, plane };
+    let mut start = Start::sample(request, &grid, &aim, left, rates).await?;
+    if !(start.largest > 0.0 && start.largest.is_finite()) {
+        return Err(Failure::TooComplex);
+    }
+    loop {
+        left -= start.evaluations;
+        aim.target = tolerance * start.largest;
+        // Beside a small shape cells become as small, relative to it, as beside one that fills the view.
+        grid.finest = levels + start.base.cells.level;
+        let negligible = TUNING.surfaces.negligible * aim.target / request.scale.largest();
+        let samples = Samples::new(0.25 * grid.cell_size(0), negligible);
+        let mut search = Search::new(request.view, grid, aim, tolerance, samples, left);
+        match search.divide_view(&start).await {
+            Ok(()) => return Ok(search),
+            Err(Failure::TooManyRegions) if start.base.corners() <= MOST_REFINED => {
+                Search { aim, left, .. } = search;
+                start.refine(request, &grid, &aim, left).await?;
+            }
+            Err(failure) => return Err(failure),
+        }
     }
 }
 

@@ -38,8 +38,7 @@ pub(crate) async fn attempt_cube(
 ) -> Result<Option<FoundCube>, Stop> {
     match find(request, bins, first, lines).await {
         Ok(found) => Ok(found),
-        Err(Failure::TooComplex) | Err(Failure::Stopped(Stop::Budget)) => Ok(None),
-        Err(Failure::Stopped(stop)) => Err(stop),
+        Err(failure) => failure.given_up().map(|()| None),
     }
 }
 

@@ -86,6 +86,15 @@ impl CellBox {
         (1..=finest).rev().map(of_level).find(is_affordable)
     }
 
+    /// The same part of the view in cells of half the size.
+    pub(super) fn halved(&self) -> Self {
+        Self {
+            level: self.level + 1,
+            low: self.low.map(|k| 2 * k),
+            cells: self.cells.map(|k| 2 * k),
+        }
+    }
+
     /// The corner of a number of cells from the first one, in the coordinates of a grid.
     pub(super) fn point(&self, grid: &Grid, corner: [usize; 3]) -> [f64; 3] {
         grid.point(self.level, core::array::from_fn(|k| f64::from(self.low[k]) + corner[k] as f64))

@@ -15,9 +15,9 @@
 //! * `roots`: points of surfaces on edges of cells;
 //! * `focus`, `extent`: the part of the view that is not constant; `start`: the first samples;
 //! * `target`: the error allowed in the first division into leaves;
-//! * `search`, `corners`, `regions`, `borders`, `cut_edges`, `points`, `facets`, `faces`: the division into leaves:
-//!   regions of the base lattice, regions that are one, points of surfaces on the edges of cells, patches of
-//!   cells, their continuation through faces;
+//! * `search`, `corners`, `regions`, `borders`, `cut_edges`, `points`, `facets`, `leaves`, `faces`: the division into
+//!   leaves: regions of the base lattice, regions that are one, points of surfaces on the edges of cells, patches
+//!   of cells, what becomes of a cell, the continuation of patches through faces;
 //! * `polynomial`, `boxes`, `outline`, `pieces`: G within each region, by polynomials in boxes around it;
 //! * `crossings`, `beam`, `rays`, `model`, `pixel`, `raster`: lines of sight, pixels and their errors;
 //! * `displaced`, `lines`: requested lines, and what displaced surfaces change of them;
@@ -47,6 +47,7 @@ mod start;
 mod regions;
 mod borders;
 mod facets;
+mod leaves;
 mod checks;
 mod faces;
 mod polynomial;

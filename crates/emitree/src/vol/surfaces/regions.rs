@@ -3,6 +3,7 @@
 use crate::vol::surfaces::focus::CellBox;
 use crate::vol::surfaces::octree::Grid;
 use crate::vol::surfaces::search::{Failure, Search};
+use crate::vol::surfaces::start::Start;
 use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashSet;
 use std::collections::BTreeMap;
@@ -34,6 +35,7 @@ struct Edge {
 type Bracket = [([f64; 3], f64); 2];
 
 /// Corners of the base lattice, or of a finer one in a part of the view, with their values.
+#[derive(Clone)]
 pub(super) struct BaseLattice {
     pub(super) cells: CellBox,
     /// The number of corners along each axis.
@@ -259,15 +261,11 @@ impl BaseLattice {
 }
 
 impl Search<'_> {
-    /// Divides a lattice into regions, and adds the samples of the lattice of the whole view, if that is
-    /// another one, and the other samples known.
-    pub(super) async fn find_regions(
-        &mut self,
-        mut base: BaseLattice,
-        whole: Option<BaseLattice>,
-        known: Vec<([f64; 3], f64)>,
-    ) -> Result<(), Failure> {
-        let scattered: Vec<f64> = known.iter().map(|(_, rate)| *rate).collect();
+    /// Divides the first lattice into regions, and adds the samples of the lattice of the whole view, if that is
+    /// another one, and the scattered ones.
+    pub(super) async fn find_regions(&mut self, start: &Start) -> Result<(), Failure> {
+        let mut base = start.base.clone();
+        let scattered: Vec<f64> = start.scattered.iter().map(|(_, rate)| *rate).collect();
         let mut edges = base.join_smooth(&scattered, self.samples.negligible);
         let mut found: Vec<([f64; 3], f64)> = Vec::new();
         for _ in 0..ROUNDS {
@@ -292,10 +290,10 @@ impl Search<'_> {
                 self.samples.note_border(a, b, true);
             }
         }
-        if let Some(whole) = whole {
-            self.add_corners(&whole)?;
+        if let Some(whole) = &start.whole {
+            self.add_corners(whole)?;
         }
-        for (at, rate) in found.into_iter().chain(known) {
+        for (at, rate) in found.iter().chain(&start.scattered).copied() {
             if self.hides(at) {
                 continue;
             }
@@ -380,7 +378,7 @@ impl Search<'_> {
             labels.insert(*part, label);
         }
         if self.samples.regions() > TUNING.surfaces.most_regions {
-            return Err(Failure::TooComplex);
+            return Err(Failure::TooManyRegions);
         }
         for (number, &rate) in base.rates.iter().enumerate() {
             let at = base.point(&self.grid, number);

@@ -5,6 +5,7 @@ use crate::vol::sampling::Stop;
 use crate::vol::surfaces::aim::Aim;
 use crate::vol::surfaces::octree::{Cell, Facet, Grid, HIDDEN, Label, Leaf, region};
 use crate::vol::surfaces::samples::Samples;
+use crate::vol::surfaces::start::Start;
 use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
@@ -15,7 +16,19 @@ use std::sync::Arc;
 pub(super) enum Failure {
     /// G has too much structure for regions with surfaces between them.
     TooComplex,
+    /// The values of samples belong to more regions than a view has.
+    TooManyRegions,
     Stopped(Stop),
+}
+
+impl Failure {
+    /// The reason for which the rendering ends, too; `Ok` if other methods follow.
+    pub(super) fn given_up(self) -> Result<(), Stop> {
+        match self {
+            Self::TooComplex | Self::TooManyRegions | Self::Stopped(Stop::Budget) => Ok(()),
+            Self::Stopped(stop) => Err(stop),
+        }
+    }
 }
 
 impl From<Stop> for Failure {
@@ -149,13 +162,14 @@ impl<'a> Search<'a> {
         let label = label.or_else(|| self.samples.constant(rate));
         let label = label.unwrap_or_else(|| self.samples.new_label());
         if self.samples.regions() > TUNING.surfaces.most_regions {
-            return Err(Failure::TooComplex);
+            return Err(Failure::TooManyRegions);
         }
         Ok(label)
     }
 
     /// Divides the view into leaves.
-    pub(super) async fn run(&mut self) -> Result<(), Failure> {
+    pub(super) async fn divide_view(&mut self, start: &Start) -> Result<(), Failure> {
+        self.find_regions(start).await?;
         let [nx, ny, nz] = self.grid.base;
         let mut active: Vec<BTreeMap<[u32; 3], Guess>> =
             vec![BTreeMap::new(); usize::from(self.grid.finest) + 1];
@@ -315,77 +329,6 @@ impl<'a> Search<'a> {
             }
         }
         Ok(next)
-    }
-
-    /// The leaf that a cell becomes; `None` if it is to be divided.
-    fn leaf(&self, level: u8, cell: &OpenCell) -> Option<Leaf> {
-        if let Some(facets) = cell.facets.as_ref().filter(|_| cell.is_done) {
-            return Some(Leaf::Cut(facets.clone()));
-        }
-        let labels = self.labels(cell);
-        let is_guessed = cell.facets.is_some() || cell.guess.facets.is_some();
-        if let ([only], false) = (&labels[..], is_guessed) {
-            // Its regions have become one.
-            return Some(Leaf::Uncut(*only));
-        }
-        let rates = self.measured_samples(cell).map(|&i| self.samples.get(i).rate);
-        let [low, high] = rates.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], rate| {
-            [low.min(rate), high.max(rate)]
-        });
-        // A surface may pass between samples of one region.
-        let facets =
-            cell.facets.iter().flatten().chain(cell.guess.facets.iter().flat_map(|of| of.iter()));
-        let jump = facets.map(|of| of.jump).fold((high - low).max(0.0), f64::max);
-        if self.matters(cell, jump) && level < self.grid.finest {
-            return None;
-        }
-        if let Some(facets) = self.near_enough(cell, &labels) {
-            return Some(Leaf::Cut(facets.to_vec()));
-        }
-        Some(Leaf::Unresolved(self.main_label(cell, &labels), jump))
-    }
-
-    /// The label of most samples in a cell.
-    fn main_label(&self, cell: &OpenCell, labels: &[Label]) -> Label {
-        let is = |label: Label| move |&&i: &&usize| self.samples.label(i) == label;
-        let count = |label: Label| self.seen_samples(cell).filter(is(label)).count();
-        let most = labels.iter().max_by_key(|label| (count(**label), Label::MAX - **label));
-        most.copied().unwrap_or(0)
-    }
-
-    /// Whether a jump between unknown parts of a cell changes pixels by too much.
-    fn matters(&self, cell: &OpenCell, jump: f64) -> bool {
-        let edges = self.grid.cell_edges(cell.cell.0);
-        let canonical = self.grid.canonical(self.grid.centre(cell.cell));
-        let [across, along] = self.aim.pixels_across();
-        let share = (edges[0] / self.grid.edges[0] * across).min(1.0)
-            * (edges[1] / self.grid.edges[1] * along).min(1.0);
-        let effect = 0.25 * jump * share * edges[2] / self.grid.edges[2];
-        let allowed =
-            TUNING.surfaces.unresolved_share * self.aim.of_line([canonical[0], canonical[1]]);
-        effect > cell.guess.share * allowed
-    }
-
-    /// The leaf of a cell with several regions between which the jump has faded out: the regions predict
-    /// nearly the same values.
-    fn faded(&self, cell: &OpenCell) -> Option<Leaf> {
-        let labels = self.labels(cell);
-        let [jump, error] = self.samples.largest_jump(self.grid.centre(cell.cell), &labels)?;
-        let is_faded = !self.matters(cell, TUNING.surfaces.faded_cells * (jump + error));
-        is_faded.then(|| Leaf::Unresolved(self.main_label(cell, &labels), jump))
-    }
-
-    /// The patches of a cell that need not be divided: with their errors they are nearer to the surfaces
-    /// than no patches would be.
-    fn near_enough<'b>(&self, cell: &'b OpenCell, labels: &[Label]) -> Option<&'b [Facet]> {
-        let facets = cell.facets.as_deref()?;
-        let most = TUNING.surfaces.guess_error * self.grid.cell_size(cell.cell.0);
-        let is_beside = |label: &Label| {
-            let sides = facets.iter().flat_map(|of| [of.below, of.above]);
-            sides.into_iter().any(|side| self.samples.current(side) == *label)
-        };
-        let is_near = facets.iter().all(|of| of.error < most) && labels.iter().all(is_beside);
-        (is_near && !self.has_ambiguous_places(cell.cell, facets)).then_some(facets)
     }
 
     /// The points at the corners of a cell and in it that lines of sight reach.

@@ -48,7 +48,7 @@ pub(super) struct Start {
     pub(super) scattered: Vec<([f64; 3], f64)>,
     /// About the largest pixel.
     pub(super) largest: f64,
-    /// The number of evaluations.
+    /// The number of evaluations, of the last lattice alone if there are several.
     pub(super) evaluations: u64,
 }
 
@@ -96,6 +96,21 @@ impl Start {
         start.scattered = scattered;
         start.evaluations = most - view.left;
         Ok(start)
+    }
+
+    /// Samples the first lattice again, with half the step.
+    pub(super) async fn refine(
+        &mut self,
+        request: &Request<'_>,
+        grid: &Grid,
+        aim: &Aim<'_>,
+        most: u64,
+    ) -> Result<(), Failure> {
+        let mut view = SeenView { request, grid, aim, left: most };
+        self.base = view.lattice(self.base.cells.halved()).await?;
+        self.largest = self.largest.max(largest_pixel(&self.base, grid, aim));
+        self.evaluations = most - view.left;
+        Ok(())
     }
 }
 
