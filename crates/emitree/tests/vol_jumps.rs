@@ -64,3 +64,10 @@ fn shapes_that_few_samples_meet() {
         check_view(&random_jump(seed), evaluations);
     }
 }
+
+/// A thin shell, met by few corners of the first lattice: 497,445 by image trees, which did not converge, when there was
+/// no finer one.
+#[test]
+fn a_thin_shell() {
+    check_view(&random_jump(64), 70_424);
+}

@@ -139,6 +139,11 @@ mod tests {
             assert!(from <= 0.2 && to >= 0.4 && to - from <= 0.7, "{from} {to}");
         }
         assert_eq!(found.finest(&grid, [0; 3]), found.low.map(|k| k * 64));
+        let halved = found.halved();
+        for corner in [[0; 3], [1, 2, 3]] {
+            let of_halved = corner.map(|k| 2 * k);
+            assert_eq!(halved.point(&grid, of_halved), found.point(&grid, corner));
+        }
     }
 
     #[test]

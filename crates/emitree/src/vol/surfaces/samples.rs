@@ -98,7 +98,7 @@ impl Samples {
     }
 
     /// Notes that G jumps, or that it does not, where two regions meet. They become one if it jumps rarely:
-    /// a steep slope may look like a jump. Where a jump fades out, its sides remain two regions.
+    /// a steep slope may look like a jump. Where a jump that is known well fades out, its sides remain two regions.
     pub(super) fn note_border(&mut self, a: Label, b: Label, is_jump: bool) {
         let [a, b] = [self.current(a), self.current(b)];
         if a == b {
@@ -106,7 +106,8 @@ impl Samples {
         }
         let [jumps, others] = self.borders.entry([a.min(b), a.max(b)]).or_default();
         *if is_jump { &mut *jumps } else { &mut *others } += 1;
-        if *others > TUNING.surfaces.rare_jumps * *jumps {
+        let is_rare = *others > TUNING.surfaces.rare_jumps * *jumps;
+        if is_rare && *jumps < TUNING.surfaces.sure_jumps {
             self.merge(a, b);
         }
     }

@@ -38,6 +38,9 @@ group! {
         /// Two regions are one if edges between them that do not jump are more than so many times those that
         /// do.
         rare_jumps: usize = 3, 2..=6;
+        /// Regions between which so many edges jump remain two, however many do not: the jump fades out
+        /// along a part of the surface.
+        sure_jumps: usize = 40, 20..=80;
         /// A difference along an edge is a slope if neighbouring differences predict it with an
         /// error below this share of it.
         slope_share: f64 = 0.5, 0.25..=0.6;

@@ -132,3 +132,17 @@ fn an_inferred_point_has_the_value_of_its_region_and_counts_once_it_is_measured(
     samples.measure(number, 0.0, 0);
     assert!(is_near(&samples) && samples.is_of(number, 0) && samples.get(number).rate == 0.0);
 }
+
+#[test]
+fn regions_between_which_many_edges_jump_remain_two() {
+    let regions_after = |jumps: usize| {
+        let mut samples = Samples::new(0.1, 0.0);
+        let [a, b] = [samples.new_label(), samples.new_label()];
+        (0..jumps).for_each(|_| samples.note_border(a, b, true));
+        let others = 2 * TUNING.surfaces.rare_jumps * jumps;
+        (0..others).for_each(|_| samples.note_border(a, b, false));
+        samples.regions()
+    };
+    assert_eq!(regions_after(TUNING.surfaces.sure_jumps - 1), 1);
+    assert_eq!(regions_after(TUNING.surfaces.sure_jumps), 2);
+}
