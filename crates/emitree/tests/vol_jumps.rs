@@ -60,7 +60,7 @@ fn twelve_faces() {
 /// trees, when these samples did not serve the search for surfaces.
 #[test]
 fn shapes_that_few_samples_meet() {
-    for (seed, evaluations) in [(10, 15_920), (41, 34_321), (60, 12_864), (66, 24_141)] {
+    for (seed, evaluations) in [(10, 15_920), (41, 34_342), (60, 12_864), (66, 24_141)] {
         check_view(&random_jump(seed), evaluations);
     }
 }

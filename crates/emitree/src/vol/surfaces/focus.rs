@@ -142,7 +142,7 @@ mod tests {
         let halved = found.halved();
         for corner in [[0; 3], [1, 2, 3]] {
             let of_halved = corner.map(|k| 2 * k);
-            assert_eq!(halved.point(&grid, of_halved), found.point(&grid, corner));
+            assert_eq!(halved.finest(&grid, of_halved), found.finest(&grid, corner));
         }
     }
 
