@@ -128,7 +128,13 @@ async fn divided<'a>(
         let negligible = TUNING.surfaces.negligible * aim.target / request.scale.largest();
         let samples = Samples::new(0.25 * grid.cell_size(0), negligible);
         let mut search = Search::new(request.view, grid, aim, tolerance, samples, left);
-        match search.divide_view(&start).await {
+        let Start { base, whole, scattered, .. } = &start;
+        let regions = search.find_regions(base.clone(), whole.as_ref(), scattered).await;
+        let divided = match regions {
+            Ok(()) => search.run().await,
+            Err(failure) => Err(failure),
+        };
+        match divided {
             Ok(()) => return Ok(search),
             Err(Failure::TooManyRegions) if start.base.corners() <= MOST_REFINED => {
                 Search { aim, left, .. } = search;

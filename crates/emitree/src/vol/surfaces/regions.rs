@@ -3,7 +3,6 @@
 use crate::vol::surfaces::focus::CellBox;
 use crate::vol::surfaces::octree::Grid;
 use crate::vol::surfaces::search::{Failure, Search};
-use crate::vol::surfaces::start::Start;
 use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashSet;
 use std::collections::BTreeMap;
@@ -263,9 +262,13 @@ impl BaseLattice {
 impl Search<'_> {
     /// Divides the first lattice into regions, and adds the samples of the lattice of the whole view, if that is
     /// another one, and the scattered ones.
-    pub(super) async fn find_regions(&mut self, start: &Start) -> Result<(), Failure> {
-        let mut base = start.base.clone();
-        let scattered: Vec<f64> = start.scattered.iter().map(|(_, rate)| *rate).collect();
+    pub(super) async fn find_regions(
+        &mut self,
+        mut base: BaseLattice,
+        whole: Option<&BaseLattice>,
+        known: &[([f64; 3], f64)],
+    ) -> Result<(), Failure> {
+        let scattered: Vec<f64> = known.iter().map(|(_, rate)| *rate).collect();
         let mut edges = base.join_smooth(&scattered, self.samples.negligible);
         let mut found: Vec<([f64; 3], f64)> = Vec::new();
         for _ in 0..ROUNDS {
@@ -290,10 +293,10 @@ impl Search<'_> {
                 self.samples.note_border(a, b, true);
             }
         }
-        if let Some(whole) = &start.whole {
+        if let Some(whole) = whole {
             self.add_corners(whole)?;
         }
-        for (at, rate) in found.iter().chain(&start.scattered).copied() {
+        for (at, rate) in found.iter().chain(known).copied() {
             if self.hides(at) {
                 continue;
             }

@@ -5,7 +5,6 @@ use crate::vol::sampling::Stop;
 use crate::vol::surfaces::aim::Aim;
 use crate::vol::surfaces::octree::{Cell, Facet, Grid, HIDDEN, Label, Leaf, region};
 use crate::vol::surfaces::samples::Samples;
-use crate::vol::surfaces::start::Start;
 use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
@@ -168,8 +167,7 @@ impl<'a> Search<'a> {
     }
 
     /// Divides the view into leaves.
-    pub(super) async fn divide_view(&mut self, start: &Start) -> Result<(), Failure> {
-        self.find_regions(start).await?;
+    pub(super) async fn run(&mut self) -> Result<(), Failure> {
         let [nx, ny, nz] = self.grid.base;
         let mut active: Vec<BTreeMap<[u32; 3], Guess>> =
             vec![BTreeMap::new(); usize::from(self.grid.finest) + 1];
