@@ -37,19 +37,25 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("expected: table|references TOLERANCE FOLDER SCENE.toml …".into());
     };
     let (tolerance, folder): (f64, _) = (tolerance.parse()?, Path::new(folder));
-    if what == "references" {
-        for path in paths {
-            let start = Instant::now();
-            let made = reference(
-                &open(Path::new(path), tolerance, "evaluations")?,
-                path,
-                tolerance,
-                folder,
-            )?;
-            println!("{path}: error {:.0e}, {:.0} s", made.error, start.elapsed().as_secs_f64());
-        }
-        return Ok(());
+    match what.as_str() {
+        "references" => references(tolerance, folder, paths),
+        "table" => table(tolerance, folder, paths),
+        other => Err(format!("expected table or references, not {other}").into()),
     }
+}
+
+/// Makes the references that the folder does not have.
+fn references(tolerance: f64, folder: &Path, paths: &[String]) -> Result<(), Box<dyn Error>> {
+    for path in paths {
+        let start = Instant::now();
+        let scene = open(path, tolerance, "evaluations")?;
+        let made = reference(&scene, path, tolerance, folder)?;
+        println!("{path}: error {:.0e}, {:.0} s", made.error, start.elapsed().as_secs_f64());
+    }
+    Ok(())
+}
+
+fn table(tolerance: f64, folder: &Path, paths: &[String]) -> Result<(), Box<dyn Error>> {
     println!("# section: scenes");
     println!("# table: vol beside lines of sight, scenes");
     println!(
@@ -63,7 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// A scene of so many pixels, rendered by `vol` to a tolerance with as little as possible of something.
-fn open(path: &Path, tolerance: f64, minimize: &str) -> Result<Scene, Box<dyn Error>> {
+fn open(path: &str, tolerance: f64, minimize: &str) -> Result<Scene, Box<dyn Error>> {
     let values = [
         ("image.width", PIXELS.to_string()),
         ("image.height", PIXELS.to_string()),
@@ -76,7 +82,7 @@ fn open(path: &Path, tolerance: f64, minimize: &str) -> Result<Scene, Box<dyn Er
         value,
         option: format!("--{}", key.rsplit('.').next().unwrap_or(key)),
     });
-    Ok(Scene::open(path, &overrides)?)
+    Ok(Scene::open(Path::new(path), &overrides)?)
 }
 
 /// Pixels that are compared with those of an image, and how far those of fewer lines are from them.
@@ -85,7 +91,8 @@ struct Reference {
     error: f64,
 }
 
-/// The reference of a scene, from the folder if it is there.
+/// The reference of a scene, from the folder if it is there. The folder is to be emptied after a change of a model or of
+/// lines of sight, which the names of its files do not show.
 fn reference(
     scene: &Scene,
     path: &str,
@@ -104,8 +111,11 @@ fn reference(
             let pixels = pixels(&fine?);
             let error = difference(&coarse?, &pixels);
             let numbers = [pixels, vec![error]].concat();
+            // A run that is interrupted leaves no incomplete file of this name.
+            let part = kept.with_extension("part");
             fs::create_dir_all(folder)?;
-            fs::write(&kept, numbers.iter().flat_map(|of| of.to_le_bytes()).collect::<Vec<u8>>())?;
+            fs::write(&part, numbers.iter().flat_map(|of| of.to_le_bytes()).collect::<Vec<u8>>())?;
+            fs::rename(&part, &kept)?;
             numbers
         }
     };
@@ -122,10 +132,10 @@ fn pixels(image: &Rendering<Cube>) -> Vec<f64> {
 }
 
 fn row(path: &str, tolerance: f64, folder: &Path) -> Result<String, Box<dyn Error>> {
-    let scene = open(Path::new(path), tolerance, "evaluations")?;
+    let scene = open(path, tolerance, "evaluations")?;
     let reference = reference(&scene, path, tolerance, folder)?;
     let (vol_s, vol) = fastest(|| rendered(&scene, scene.render.method.clone()))?;
-    let in_time = open(Path::new(path), tolerance, "time")?;
+    let in_time = open(path, tolerance, "time")?;
     let (in_time_s, in_time) = fastest(|| rendered(&in_time, in_time.render.method.clone()))?;
     let steps = in_time.stats.line_steps.map_or("-".to_owned(), |steps| steps.to_string());
     let mut best: Option<(f64, usize, usize, f64)> = None;

@@ -52,10 +52,11 @@ pub(crate) fn limits(
     whole_batches: bool,
     keeps_rates: bool,
 ) -> Limits {
-    let mut max_evaluations = options.max_evaluations.min(evaluations_in_memory(options));
+    let mut max_kept = evaluations_in_memory(options);
     if keeps_rates {
-        max_evaluations = max_evaluations.min(options.max_memory_bytes / BYTES_PER_KNOWN_RATE);
+        max_kept = max_kept.min(options.max_memory_bytes / BYTES_PER_KNOWN_RATE);
     }
+    let max_evaluations = options.max_evaluations;
     let deadline = Deadline::after_seconds(options.max_seconds);
-    Limits { max_evaluations, batch_size: options.batch_size, whole_batches, deadline }
+    Limits { max_evaluations, max_kept, batch_size: options.batch_size, whole_batches, deadline }
 }

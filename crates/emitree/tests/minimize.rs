@@ -1,5 +1,6 @@
 //! Renderings in the shortest time: lines of sight on a lattice of pixels, and where there are none.
 
+use emitree::projection::ViewGeometry;
 use emitree::vol::Minimize;
 use emitree::{
     Canonical, Equirectangular, FromFn, Image, Projection, RenderOptions, Rendering, Session,
@@ -8,6 +9,7 @@ use emitree::{
 use emitree_problems::family::random_scene;
 use emitree_problems::relative_error;
 use emitree_problems::shapes::random_shape;
+use emitree_problems::views::{Outcome, random_view};
 use std::time::{Duration, Instant};
 
 type TestResult = Result<(), Box<dyn std::error::Error>>;
@@ -81,14 +83,48 @@ fn slow_rates_have_the_image_of_fewest_evaluations() {
     assert_eq!(bits(&found.values), bits(&fewest.values));
 }
 
-/// Uniform steps across a surface at which g jumps converge slowly: surfaces are found instead.
+/// Jumps along lines are bisected, and pixels that an edge of the image crosses have lines of their own.
 #[test]
-fn jumps_have_the_image_of_fewest_evaluations() {
+fn shapes_with_sharp_surfaces_are_integrated_along_lines_of_sight() -> TestResult {
+    // A box, an ellipsoid, and a shell.
+    for seed in [0, 1, 4] {
+        let shape = random_shape(seed);
+        let exact = shape.reference_image([32, 48]);
+        let found = in_time(|position| shape.rate(position), [32, 48]);
+        found.stats.line_steps.ok_or("lines of sight")?;
+        assert!(found.converged() && found.surfaces.is_none(), "{seed}");
+        let error = relative_error(&found.values, &exact.image);
+        assert!(error <= 0.01 + exact.error, "{seed}: {error}");
+    }
+    Ok(())
+}
+
+/// Limbs are known by geometry.
+#[test]
+fn views_with_bodies_are_integrated_along_lines_of_sight() -> TestResult {
+    let view = random_view(1);
+    assert!(view.camera().view_geometry().is_some_and(ViewGeometry::has_regions));
+    let emission = FromFn(|position, _| view.rate(position));
+    let found = render(&emission, view.camera(), view.shape(), &options(Minimize::Time))?;
+    found.stats.line_steps.ok_or("lines of sight")?;
+    let reference = view.reference();
+    let outcome = Outcome::of(&found, &reference);
+    assert!(found.converged() && outcome.error <= 0.01 + reference.error, "{}", outcome.error);
+    Ok(())
+}
+
+/// What lines that come to no end have evaluated changes nothing in the image of fewest evaluations.
+#[test]
+fn lines_that_are_given_up_do_not_change_the_image_of_fewest_evaluations() {
     let shape = random_shape(0);
-    let found = in_time(|position| shape.rate(position), [32, 32]);
-    let fewest = in_evaluations(|position| shape.rate(position), [32, 32]);
+    let emission = FromFn(|position, _| shape.rate(position));
+    let options = |of| options(of).with_max_evaluations(300_000);
+    let of = |of| render(&emission, &Canonical, [32, 32], &options(of)).unwrap();
+    let (found, fewest) = (of(Minimize::Time), of(Minimize::Evaluations));
     assert_eq!(found.stats.line_steps, None);
-    assert!(found.converged());
+    assert!(found.converged() && found.surfaces.is_some());
+    assert!(found.stats.evaluations > fewest.stats.evaluations + FIRST_TIMES);
+    assert!(found.stats.evaluations <= 300_000);
     assert_eq!(bits(&found.values), bits(&fewest.values));
 }
 

@@ -35,6 +35,7 @@ pub use outcome::Outcome;
 use reference::{Scene, Scenery};
 pub use rooms::random_room;
 use shapes::{Ball, Room, Vector, advanced, less, norm};
+use std::sync::Arc;
 
 /// The kinds of cameras.
 const KINDS: [&str; 6] =
@@ -56,8 +57,8 @@ const NEXT_DRAW: u64 = 1 << 32;
 pub struct RandomView {
     seed: u64,
     kind: usize,
-    camera: Box<dyn Projection>,
-    bare: Box<dyn Projection>,
+    camera: Arc<dyn Projection + Send>,
+    bare: Arc<dyn Projection + Send>,
     shape: [usize; 2],
     scenery: Scenery,
 }
@@ -207,7 +208,7 @@ impl Lens {
         depth: [f64; 2],
         bounds: Option<Bounds>,
         bodies: Vec<Ellipsoid>,
-    ) -> Result<Box<dyn Projection>, GeometryError> {
+    ) -> Result<Arc<dyn Projection + Send>, GeometryError> {
         let &Self { kind, viewpoint, width, height, distance } = self;
         let angle = 2.0 * libm::atan(0.5 * width / distance);
         // A cone about as wide as the field of view, or half of the sky, or all of it.
@@ -219,7 +220,7 @@ impl Lens {
                     Some(bounds) => camera.with_bounds(bounds),
                     None => camera,
                 };
-                Box::new(camera.with_occulters(bodies)?)
+                Arc::new(camera.with_occulters(bodies)?)
             }};
         }
         Ok(match kind {
@@ -248,6 +249,11 @@ impl RandomView {
     /// The camera, with bounds and bodies.
     pub fn camera(&self) -> &dyn Projection {
         &*self.camera
+    }
+
+    /// The same, shared.
+    pub fn shared_camera(&self) -> Arc<dyn Projection + Send> {
+        self.camera.clone()
     }
 
     /// Height and width of the image in pixels.

@@ -8,6 +8,8 @@ use std::time::Instant;
 pub(crate) struct Limits {
     /// Evaluations altogether.
     pub(crate) max_evaluations: u64,
+    /// Evaluations whose rates are kept in memory.
+    pub(crate) max_kept: u64,
     /// Evaluations of one batch, 1 or more: a larger one is made in parts.
     pub(crate) batch_size: u64,
     /// Whether a batch is evaluated at once, however large it is.

@@ -42,6 +42,8 @@ pub(crate) struct Meter {
     absorption_evaluations: AtomicU64,
     /// Evaluations that were made elsewhere for this rendering.
     given_evaluations: AtomicU64,
+    /// Evaluations of which no rate is kept.
+    unkept_evaluations: AtomicU64,
     known: Option<Arc<Mutex<KnownRates>>>,
     /// The first rates of a method that is not continued later, and does not store all of them.
     first: Mutex<Option<Arc<Mutex<KnownRates>>>>,
@@ -109,6 +111,7 @@ impl Meter {
             new_evaluations: AtomicU64::new(0),
             absorption_evaluations: AtomicU64::new(0),
             given_evaluations: AtomicU64::new(0),
+            unkept_evaluations: AtomicU64::new(0),
             known,
             first: Mutex::default(),
             shown: keeps_images.then(Mutex::default),
@@ -286,8 +289,27 @@ impl Meter {
     pub(crate) fn evaluations_left(&self) -> u64 {
         // Points that were evaluated ahead count as well.
         let made = self.evaluations().max(self.made_evaluations());
+        let kept = made.saturating_sub(self.unkept_evaluations.load(Ordering::Relaxed));
+        let kept_left = self.limits.max_kept.saturating_sub(kept);
+        self.unkept_evaluations_left().min(kept_left)
+    }
+
+    /// The same if no rate of them is kept.
+    pub(crate) fn unkept_evaluations_left(&self) -> u64 {
+        let made = self.evaluations().max(self.made_evaluations());
         let left = self.limits.max_evaluations.saturating_sub(made);
         if self.time_is_up() { left.min(self.overtime_left()) } else { left }
+    }
+
+    /// Evaluations without those of which no rate is kept.
+    pub(crate) fn kept_evaluations(&self) -> u64 {
+        self.evaluations().saturating_sub(self.unkept_evaluations.load(Ordering::Relaxed))
+    }
+
+    /// Says that no rate of the evaluations since there were so many is kept.
+    pub(crate) fn keeps_none_since(&self, evaluations: u64) {
+        let unkept = self.evaluations().saturating_sub(evaluations);
+        self.unkept_evaluations.fetch_add(unkept, Ordering::Relaxed);
     }
 
     /// Allows so many more evaluations although the time has ended.
@@ -316,6 +338,13 @@ impl Meter {
     /// The share of the time allowed that is left, 0 to 1; 1 without a limit.
     pub(crate) fn share_of_time_left(&self) -> f64 {
         self.limits.deadline.map_or(1.0, |deadline| deadline.share_left())
+    }
+
+    /// The time that is left \[s\]; infinite without a limit.
+    pub(crate) fn seconds_left(&self) -> f64 {
+        self.limits
+            .deadline
+            .map_or(f64::INFINITY, |deadline| deadline.share_left() * deadline.seconds)
     }
 
     /// The same limit on the time, for work of the rendering that makes no evaluations of g.

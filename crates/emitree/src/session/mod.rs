@@ -210,7 +210,8 @@ impl<'a, V: Values> Session<'a, V> {
             let method = (self.start)(Arc::clone(&repeated), *shape, options.clone());
             (repeated, method)
         };
-        let allowed = Allowed { now: meter.evaluations_left(), altogether: limits.max_evaluations };
+        let altogether = limits.max_evaluations.min(limits.max_kept);
+        let allowed = Allowed { now: meter.evaluations_left(), altogether };
         let asked = core::mem::take(batch);
         *batch = ahead.extended(asked, &locked(known), meter.evaluations(), allowed, repeat);
     }

@@ -87,7 +87,7 @@ pub enum Minimize {
     /// pixels where that is faster, to the same tolerance; g is evaluated up to millions of times then, which
     /// [`RenderStats::line_steps`](crate::result::RenderStats::line_steps) says. The choice depends on measured
     /// time, so that the same input may give one of two images, each within the tolerance. Sessions, renderings
-    /// with `rounds`, cubes, several tiles, discs, opaque bodies, errors by pixel, sums, seeds and meshes have
+    /// with `rounds`, cubes, several tiles, discs, singular emissions, errors by pixel, sums, seeds and meshes have
     /// fewest evaluations all the same.
     Time,
 }

@@ -68,8 +68,9 @@ impl Chart for Pane {
 
 /// A meter that allows so many evaluations.
 pub(crate) fn meter(max_evaluations: u64) -> Meter {
-    let (batch_size, whole_batches, deadline) = (u64::MAX, false, None);
-    Meter::new([1, 1], Limits { max_evaluations, batch_size, whole_batches, deadline }, None, false)
+    let ([max_kept, batch_size], whole_batches, deadline) = ([u64::MAX; 2], false, None);
+    let limits = Limits { max_evaluations, max_kept, batch_size, whole_batches, deadline };
+    Meter::new([1, 1], limits, None, false)
 }
 
 /// The result of a task whose samples are those of `rate`, of a position and an energy.

@@ -23,6 +23,7 @@ fn costs(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> [u64; 2] {
     let emission = FromFn(|position, _| rate(position));
     let limits = Limits {
         max_evaluations: DEFAULT_MAX_EVALUATIONS,
+        max_kept: u64::MAX,
         batch_size: u64::MAX,
         whole_batches: false,
         deadline: None,

@@ -214,6 +214,7 @@ pub fn build_world_tree<E: Emission>(
     let max_evaluations = options.max_evaluations.min(affordable);
     let limits = Limits {
         max_evaluations,
+        max_kept: u64::MAX,
         batch_size: options.batch_size,
         deadline: None,
         whole_batches: emission.takes_whole_batches(),

@@ -58,7 +58,8 @@ impl Engine<'_> {
         }
         // Those of the first energy.
         let sheets = self.sheets.partition_point(|sheet| sheet.id.energy == 0);
-        let of_evaluations = TUNING.verification.sample_share * self.meter.evaluations() as f64;
+        let of_evaluations =
+            TUNING.verification.sample_share * self.meter.kept_evaluations() as f64;
         let in_parts = self.parts.iter().fold(1.0, |least, part| part.least_feature.min(least));
         let of_feature = self.coverage.wanted.map_or(0, |size| {
             lattice::points_to_detect(in_parts * size, TUNING.verification.detection_share)

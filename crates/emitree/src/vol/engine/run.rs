@@ -152,7 +152,8 @@ impl Engine<'_> {
 
     /// The tolerance that the rest of the budget is expected to suffice for.
     fn next_tolerance(&self) -> f64 {
-        let (spent, left) = (self.meter.evaluations() as f64, self.meter.evaluations_left() as f64);
+        let meter = self.meter;
+        let (spent, left) = (meter.kept_evaluations() as f64, meter.evaluations_left() as f64);
         let finer = ((spent + left) / spent).powf(-1.0 / TUNING.engine.cost_exponent);
         // The tolerance is at least halved: smaller steps cost more than they improve.
         (self.tolerance * finer.min(0.5)).max(self.goal)

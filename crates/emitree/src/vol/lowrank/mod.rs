@@ -404,7 +404,7 @@ impl Attempt<'_> {
             if ranks.iter().any(|&rank| rank > TUNING.lowrank.most_functions) {
                 return Err(End::NotSeparable);
             }
-            if self.meter.evaluations() as f64 > self.most
+            if self.meter.kept_evaluations() as f64 > self.most
                 || self.meter.share_of_time_left() < 1.0 - TUNING.lowrank.most_budget_share
             {
                 return Err(Stop::Budget.into());

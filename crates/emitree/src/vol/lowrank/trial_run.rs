@@ -39,8 +39,8 @@ pub(super) fn evaluations_of_tree(
 ) -> Option<f64> {
     let emission = InterpolantEmission(interpolant);
     // A budget would change the refinement, so that the run is interrupted from outside.
-    let (max_evaluations, batch_size, whole_batches) = (u64::MAX, u64::MAX, false);
-    let limits = Limits { max_evaluations, batch_size, whole_batches, deadline };
+    let [max_evaluations, max_kept, batch_size] = [u64::MAX; 3];
+    let limits = Limits { max_evaluations, max_kept, batch_size, whole_batches: false, deadline };
     let meter = Meter::new([0, 0], limits, None, false);
     let vol = VolOptions { tolerance, by_pixel, ..VolOptions::default() };
     let tiles = [Tile { projection: &Canonical, shape, place: (0, 1) }];

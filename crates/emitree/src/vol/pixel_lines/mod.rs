@@ -4,10 +4,13 @@
 //! evaluations turn out to be that cheap, square blocks of pixels have a line through their middle, in the fewest
 //! uniform steps that scattered lines allow (`steps`). Differences between blocks give the means over pixels and
 //! their errors (`lattice_image`); blocks become smaller until few pixels have larger errors, and these have lines of
-//! their own. The scattered lines are compared with the image. If the error of a pixel stays beyond the tolerance
+//! their own (`divided`), as pixels that limbs cross (`limbs`). Jumps along lines are bisected (`jumps`). The scattered lines are compared with the image. If the error of a pixel stays beyond the tolerance
 //! there is no such image.
 
+mod divided;
+mod jumps;
 mod lattice_image;
+mod limbs;
 mod steps;
 
 use crate::cube::Cube;
@@ -20,37 +23,47 @@ use crate::tile::Tile;
 use crate::tree::StopReason;
 use crate::vol::options::{Minimize, VolOptions};
 use crate::vol::tuning::TUNING;
-use crate::vol::view::division::atlas;
+use divided::Divided;
+use jumps::Medium;
 use lattice_image::{LatticeImage, largest_around};
-use steps::{CheckLine, LineValue, Steps};
+use limbs::Limbs;
+use steps::{CheckLine, Steps};
 
 /// What the other ways to an image take at the least where they need many lines, without the time of g: a tenth of a
 /// second, and 3 microseconds for each pixel in charts.
-const SECONDS: f64 = 0.1;
-const SECONDS_OF_PIXEL: f64 = 3e-6;
+const USUAL: Seconds = Seconds { of_image: 0.1, of_pixel: 3e-6 };
+/// The same in views with opaque bodies, whose charts have several nodes in a pixel.
+const WITH_LIMBS: Seconds = Seconds { of_image: 0.1, of_pixel: 2e-5 };
+/// The same where surfaces are searched for.
+const WITH_JUMPS: Seconds = Seconds { of_image: 2.0, of_pixel: 5e-5 };
 /// The share of the error allowed that the mean over a pixel may have: one with more has lines of its own.
 const OF_PIXEL: f64 = 0.4;
 /// The pixels along each side of a block that has one line, and the largest share of pixels that may have lines of
 /// their own: with more, blocks become smaller.
-const BLOCKS: [(usize, f64); 4] = [(8, 0.01), (4, 0.02), (2, 0.05), (1, 0.2)];
+const BLOCKS: [(usize, f64); 4] = [(8, 0.01), (4, 0.02), (2, 0.1), (1, 0.5)];
 /// Errors fall at least with this power of the size of a block where the image is smooth.
 const ERROR_EXPONENT: i32 = 3;
 /// The fewest blocks along each side.
 const FEWEST: usize = 16;
-/// Lines along each side of a pixel with lines of its own, in the order in which they are tried.
-const PER_SIDE: [usize; 5] = [1, 2, 4, 8, 16];
-/// Their steps are finer so many times: structure of the image between pixels is often narrow in depth, too.
-const FINER: usize = 3;
+/// One in so many of the evaluations left is kept for other ways to an image: by default about as many as fit in memory.
+const RESERVED: u64 = 4;
+/// The share of the time left that lines may take, up to three times: for two lattices and for divided pixels.
+const SHARE_OF_TIME: f64 = 0.1;
 /// One of so many scattered lines may be far from the image: its pixel has more lines then.
 const LINES_OF_A_MISS: usize = 64;
 
+/// The time of an image.
+struct Seconds {
+    of_image: f64,
+    of_pixel: f64,
+}
+
 /// Lines through all pixels that have not been integrated yet.
 pub(super) struct PixelLines<'a> {
-    meter: &'a Meter,
-    tile: &'a Tile<'a>,
+    medium: Medium<'a>,
     tolerance: f64,
     steps: Steps,
-    most_seconds: f64,
+    limbs: Limbs<'a>,
 }
 
 /// The image of blocks.
@@ -71,20 +84,16 @@ impl OfBlocks {
         above as f64 / self.shares.pixels().len() as f64
     }
 
+    /// Whether no pixel has an error.
+    fn is_unknown(&self) -> bool {
+        self.shares.pixels().iter().all(|share| share.is_infinite())
+    }
+
     /// The pixels whose errors are too large.
     fn divided(&self) -> Vec<usize> {
         let shares = self.shares.pixels().iter().enumerate();
         shares.filter(|(_, share)| **share > 1.0).map(|(pixel, _)| pixel).collect()
     }
-}
-
-/// A pixel with lines of its own.
-#[derive(Clone, Copy, Debug)]
-struct Divided {
-    pixel: usize,
-    mean: f64,
-    error: f64,
-    is_settled: bool,
 }
 
 impl<'a> PixelLines<'a> {
@@ -110,18 +119,22 @@ impl<'a> PixelLines<'a> {
             && meter.start().is_none()
             && meter.rows_wanted().is_none()
             && tile.shape.iter().all(|pixels| *pixels >= FEWEST)
-            // A body may be smaller than the distance of lines; charts have its limb, whatever its size.
-            && geometry.is_none_or(|geometry| !geometry.has_regions())
-            && !atlas(tiles, &[]).is_some_and(|atlas| atlas.has_singularities());
+            && geometry.is_none_or(|geometry| !geometry.has_rim());
         if !may_be {
             return Ok(None);
         }
+        let Some(limbs) = Limbs::of(tiles) else { return Ok(None) };
         let pixels = (tile.shape[0] * tile.shape[1]) as f64;
-        let most_seconds = SECONDS + SECONDS_OF_PIXEL * pixels;
+        let usual = if limbs.is_some() { WITH_LIMBS } else { USUAL };
+        let most = SHARE_OF_TIME * meter.seconds_left();
+        let most_seconds = [usual, WITH_JUMPS]
+            .map(|Seconds { of_image, of_pixel }| (of_image + of_pixel * pixels).min(most));
         // As loose as those of other images are.
         let tolerance = vol.tolerance.min(TUNING.engine.loosest_tolerance);
-        let steps = Steps::find(meter, tile, tolerance, most_seconds).await?;
-        Ok(steps.map(|steps| Self { meter, tile, tolerance, steps, most_seconds }))
+        let reserve = meter.unkept_evaluations_left() / RESERVED;
+        let medium = Medium { meter, tile, reserve };
+        let steps = Steps::find(medium, tolerance, most_seconds).await?;
+        Ok(steps.map(|steps| Self { medium, tolerance, steps, limbs }))
     }
 
     /// The time that so many lines are expected to take, in `finer` times as many steps as usual.
@@ -131,7 +144,7 @@ impl<'a> PixelLines<'a> {
 
     /// The image; `None` if some of its errors would be beyond the tolerance, or if it would take too long.
     pub(super) async fn render(&self) -> Result<Option<MethodOutput>, MethodError> {
-        let shape = self.tile.shape;
+        let shape = self.medium.tile.shape;
         let fits = |block: usize| {
             shape.iter().all(|pixels| pixels.is_multiple_of(block) && pixels / block >= FEWEST)
         };
@@ -149,21 +162,26 @@ impl<'a> PixelLines<'a> {
                 let ratio = finer as f64 / block as f64;
                 finer < block && found.share_above(ratio.powi(ERROR_EXPONENT)) <= most_divided
             };
-            expected = BLOCKS.iter().find(|of| suffices(of)).map_or(1, |(finer, _)| *finer);
+            // Where scattered lines are far from the image, nothing is known of finer blocks.
+            expected = if found.is_unknown() {
+                block - 1
+            } else {
+                BLOCKS.iter().find(|of| suffices(of)).map_or(1, |(finer, _)| *finer)
+            };
         }
         Ok(None)
     }
 
     /// The image of blocks of so many pixels along each side; `None` if it would take too long.
     async fn of_blocks(&self, block: usize) -> Result<Option<OfBlocks>, MethodError> {
-        let tile = self.tile;
+        let tile = self.medium.tile;
         let blocks @ [rows, columns] = tile.shape.map(|pixels| pixels / block);
         let count = rows * columns;
-        if self.seconds_of(count, 1) > self.most_seconds {
+        if self.seconds_of(count, 1) > self.steps.most_seconds {
             return Ok(None);
         }
         let place = |line: usize| place_in_cell(blocks, line, [0.5, 0.5]);
-        let lines = self.steps.radiances(self.meter, tile, &place, count, 1).await?;
+        let lines = self.steps.radiances(self.medium, &place, count, 1).await?;
         let Some(lines) = lines else { return Ok(None) };
         let density = |line| tile.projection.solid_angle_density(place(line));
         let densities: Vec<f64> = (0..count).map(density).collect();
@@ -191,9 +209,14 @@ impl<'a> PixelLines<'a> {
             let of_pixel = variation.pixels()[line] / (pixels_of_block * densities[line]);
             (value / density - check.radiance).abs() > allowed + of_pixel
         };
-        let far: Vec<&CheckLine> = self.steps.checks.iter().filter(is_beyond).collect();
-        let has_missed = far.len() * LINES_OF_A_MISS > self.steps.checks.len();
-        let mut is_far = vec![has_missed; count];
+        // The pixels of blocks that a limb crosses have lines of their own.
+        let mut is_far = self.limbs.blocks(tile.shape, block);
+        let others = |check: &&CheckLine| !is_far[of_values.at(check.place).1];
+        let checks: Vec<&CheckLine> = self.steps.checks.iter().filter(others).collect();
+        let far: Vec<&CheckLine> = checks.iter().copied().filter(is_beyond).collect();
+        if far.len() * LINES_OF_A_MISS > checks.len() {
+            is_far.fill(true);
+        }
         far.iter().for_each(|check| is_far[of_values.at(check.place).1] = true);
         // The density of a pixel may be far below that in the middle of its block, as beside the poles of a sky.
         let on_pixels = |of_pixel: &(dyn Fn(usize, f64) -> f64 + Sync)| {
@@ -209,7 +232,19 @@ impl<'a> PixelLines<'a> {
             if is_far[of] { f64::INFINITY } else { of_mean(of, density) / (OF_PIXEL * allowed) }
         };
         let error = |of: usize, density: f64| of_lines.pixels()[of] + of_mean(of, density);
-        let (errors, shares) = (on_pixels(&error), on_pixels(&share));
+        let (errors, mut shares) = (on_pixels(&error), on_pixels(&share));
+        if self.steps.has_jumps {
+            // An edge of the image may lie between a line and the border.
+            let [height, width] = tile.shape;
+            let is_at_border = |pixel: usize| {
+                let (row, column) = (pixel / width, pixel % width);
+                row == 0 || row + 1 == height || column == 0 || column + 1 == width
+            };
+            let pixels = shares.pixels_mut().iter_mut().enumerate();
+            pixels
+                .filter(|(pixel, _)| is_at_border(*pixel))
+                .for_each(|(_, of)| *of = f64::INFINITY);
+        }
         Ok(Some(OfBlocks { image, errors, shares, allowed }))
     }
 
@@ -230,7 +265,7 @@ impl<'a> PixelLines<'a> {
             let pixels = errors.pixels_mut().iter_mut().zip(image.pixels());
             pixels.for_each(|(error, pixel)| *error = error.max(-pixel));
         }
-        self.tile.check_finite(&image, 0)?;
+        self.medium.tile.check_finite(&image, 0)?;
         if errors.largest() > self.tolerance * image.largest() {
             return Ok(None);
         }
@@ -238,62 +273,6 @@ impl<'a> PixelLines<'a> {
         let mut made = MethodOutput::new(cube, Some(errors), StopReason::Complete);
         made.line_steps = Some(self.steps.number);
         Ok(Some(made))
-    }
-
-    /// The means of some pixels from lines of their own, until more of them change it by no more than what is
-    /// `allowed`; `None` if that takes too long.
-    async fn divide(
-        &self,
-        pixels: &[usize],
-        allowed: f64,
-    ) -> Result<Option<Vec<Divided>>, MethodError> {
-        let shape = self.tile.shape;
-        let not_yet = |&pixel: &usize| Divided {
-            pixel,
-            mean: f64::INFINITY,
-            error: f64::INFINITY,
-            is_settled: false,
-        };
-        let mut divided: Vec<Divided> = pixels.iter().map(not_yet).collect();
-        let mut seconds_left = self.most_seconds;
-        for per_side in PER_SIDE {
-            let open: Vec<usize> =
-                (0..divided.len()).filter(|&of| !divided[of].is_settled).collect();
-            let per_pixel = per_side * per_side;
-            let count = open.len() * per_pixel;
-            seconds_left -= self.seconds_of(count, FINER);
-            if seconds_left < 0.0 {
-                return Ok(None);
-            }
-            let place = |line: usize| {
-                let part = line % per_pixel;
-                let within = [part % per_side, part / per_side];
-                let within = within.map(|k| (k as f64 + 0.5) / per_side as f64);
-                place_in_cell(shape, divided[open[line / per_pixel]].pixel, within)
-            };
-            let found = self.steps.radiances(self.meter, self.tile, &place, count, FINER).await?;
-            let Some(found) = found else { return Ok(None) };
-            let density = |line| self.tile.projection.solid_angle_density(place(line));
-            let mean_of = |(number, of_pixel): (usize, &[LineValue])| {
-                let first = number * per_pixel;
-                let weights: Vec<f64> = (first..first + per_pixel).map(density).collect();
-                let whole: f64 = weights.iter().sum();
-                let weighted = |value: &dyn Fn(&LineValue) -> f64| {
-                    let values = of_pixel.iter().zip(&weights);
-                    values.map(|(line, weight)| value(line) * weight).sum::<f64>() / whole
-                };
-                [weighted(&|line| line.radiance), weighted(&|line| line.error)]
-            };
-            let means: Vec<[f64; 2]> =
-                found.chunks_exact(per_pixel).enumerate().map(mean_of).collect();
-            for (&of, [mean, of_lines]) in open.iter().zip(means) {
-                let change = (mean - divided[of].mean).abs();
-                let pixel = divided[of].pixel;
-                let is_settled = change <= allowed;
-                divided[of] = Divided { pixel, mean, error: change + of_lines, is_settled };
-            }
-        }
-        Ok(Some(divided))
     }
 }
 

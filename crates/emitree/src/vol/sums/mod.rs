@@ -139,7 +139,7 @@ async fn estimate(
     let share = TUNING.sums.share_of_evaluations * f64::from(image);
     let mut sums = Vec::with_capacity(functionals.len());
     for (functional, residuals) in functionals.iter().zip(residuals) {
-        let most = share * view.meter.evaluations() as f64;
+        let most = share * view.meter.kept_evaluations() as f64;
         sums.push(residuals.estimate(view, functional, made, Budget { most }).await?);
     }
     Ok(sums)

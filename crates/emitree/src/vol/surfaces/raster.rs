@@ -8,7 +8,7 @@ use crate::vol::surfaces::pixel::{KnownLines, Pixel};
 use crate::vol::surfaces::rays::{LineIntegral, Ray};
 use crate::vol::surfaces::sky::Sky;
 use crate::vol::tuning::TUNING;
-use crate::vol::view::pixel_rule::RuleNode;
+use crate::vol::view::pixel_rule::{RuleNode, fibonacci, lattice_nodes};
 
 /// The places of two Gauss nodes, for the first lines of each pixel.
 const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
@@ -156,23 +156,6 @@ impl Model {
         }
         Maps { image, error }
     }
-}
-
-/// The points of the Fibonacci lattice of `count` points, with equal weights.
-fn lattice_nodes(count: usize) -> Vec<RuleNode> {
-    (0..count).map(|k| (fibonacci(k, count), 1.0 / count as f64)).collect()
-}
-
-/// Point `k` of the Fibonacci lattice of `count` points, in the middle of its shares.
-fn fibonacci(k: usize, count: usize) -> [f64; 2] {
-    // The Fibonacci number before `count`.
-    let (mut before, mut number) = (1, 1);
-    while number < count {
-        (before, number) = (number, before + number);
-    }
-    let u = (k as f64 + 0.5) / count as f64;
-    let v = ((k * before % count) as f64 + 0.5) / count as f64;
-    [u, v]
 }
 
 #[cfg(test)]

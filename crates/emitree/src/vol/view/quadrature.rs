@@ -198,9 +198,12 @@ impl<'a> Quadrature<'a> {
 
     /// Whether the rim of a disc crosses the pixels; nothing without a rim.
     pub(crate) fn crossings_of_rim(&self) -> Vec<Crossing> {
-        if !self.geometries.iter().any(|geometry| geometry.has_rim()) {
-            return Vec::new();
-        }
+        let has_rim = self.geometries.iter().any(|geometry| geometry.has_rim());
+        if has_rim { self.crossings() } else { Vec::new() }
+    }
+
+    /// Whether edges cross the pixels.
+    pub(crate) fn crossings(&self) -> Vec<Crossing> {
         let of_block = |block| {
             let (_, corners) = self.corners_of(block);
             corners.rows.clone().flat_map(|row| corners.crossings(row)).collect()
