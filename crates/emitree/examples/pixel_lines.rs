@@ -2,15 +2,14 @@
 #![expect(clippy::print_stdout, reason = "this program prints a table")]
 //!
 //! `cargo run --release -p emitree --example pixel_lines -- 0 120 64 1e-2` renders the scenes of seeds 0 to 119 of
-//! random families with 64 × 64 pixels, `… -- 0 120 64 1e-2 shapes,planets` those of these families. Those of views and
-//! of the magnetosheath have as many pixels as the scene has. Scenes that `vol` renders all the same are counted apart.
+//! random families with 64 × 64 pixels, `… -- 0 120 64 1e-2 shapes,planets` those of these families. Those of views have as many
+//! pixels as the view has. Scenes that `vol` renders all the same are counted apart.
 
 use emitree::vol::Minimize;
 use emitree::{Canonical, FromFn, Projection, RenderOptions, VolOptions, render};
 use emitree_problems::family::{Reference, random_peak, random_scene};
 use emitree_problems::planets::random_planet;
 use emitree_problems::shapes::random_shape;
-use emitree_problems::smile::random_smile;
 use emitree_problems::views::{Outcome, random_view};
 use emitree_problems::wires::random_wires;
 use std::error::Error;
@@ -48,7 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         camera: Arc::new(Canonical),
         reference,
     };
-    let families: [(&str, &dyn Fn(u64) -> Scene); 7] = [
+    let families: [(&str, &dyn Fn(u64) -> Scene); 6] = [
         ("family", &|seed| {
             let scene = random_scene(seed);
             let reference = scene.reference_image(shape);
@@ -73,12 +72,6 @@ fn main() -> Result<(), Box<dyn Error>> {
             let scene = random_planet(seed);
             let (name, camera) = (scene.name(), scene.camera());
             let reference = scene.reference_image(shape);
-            Scene { name, rate: Box::new(move |r| scene.rate(r)), camera, reference }
-        }),
-        ("smile", &|seed| {
-            let scene = random_smile(seed);
-            let (name, camera) = (scene.name(), scene.camera());
-            let reference = scene.reference_image([32; 2]);
             Scene { name, rate: Box::new(move |r| scene.rate(r)), camera, reference }
         }),
         ("views", &|seed| {

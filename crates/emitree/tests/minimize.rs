@@ -54,16 +54,20 @@ fn cheap_rates_are_integrated_along_lines_of_sight() -> TestResult {
 
 #[test]
 fn lines_of_sight_have_the_same_bits_for_any_number_of_threads() -> TestResult {
-    let scene = random_scene(1);
-    let with_threads = |threads: usize| -> Result<_, Box<dyn std::error::Error>> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-        let found = pool.install(|| in_time(|position| scene.rate(position), [64, 64]));
-        found.stats.line_steps.ok_or("lines of sight")?;
-        let error = found.error.as_ref().ok_or("errors")?;
-        Ok((bits(&found.values), bits(error), found.stats.evaluations))
-    };
-    let one = with_threads(1)?;
-    assert!(with_threads(2)? == one && with_threads(5)? == one);
+    let (smooth, shape) = (random_scene(1), random_shape(1));
+    let rates: [&(dyn Fn([f64; 3]) -> f64 + Sync); 2] =
+        [&|position| smooth.rate(position), &|position| shape.rate(position)];
+    for rate in rates {
+        let with_threads = |threads: usize| -> Result<_, Box<dyn std::error::Error>> {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+            let found = pool.install(|| in_time(rate, [48, 48]));
+            found.stats.line_steps.ok_or("lines of sight")?;
+            let error = found.error.as_ref().ok_or("errors")?;
+            Ok((bits(&found.values), bits(error), found.stats.evaluations))
+        };
+        let one = with_threads(1)?;
+        assert!(with_threads(2)? == one && with_threads(5)? == one);
+    }
     Ok(())
 }
 

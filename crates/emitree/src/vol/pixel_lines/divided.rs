@@ -3,17 +3,16 @@
 use crate::exchange::MethodError;
 use crate::parallel::prelude::*;
 use crate::vol::pixel_lines::{PixelLines, place_in_cell};
-use crate::vol::view::pixel_rule::{RuleNode, lattice_nodes};
+use crate::vol::view::pixel_lattices::{gauss_nodes, lattice_nodes};
+use crate::vol::view::pixel_rule::RuleNode;
 
 /// The levels of few lines in a pixel: four of Gauss's rule, and those of Simpson's rule at its corners and in its middle.
 const FEW: usize = 2;
 /// The lines of later levels: Fibonacci lattices, with lines at as many distances from an edge as there are lines.
 const LATTICES: [usize; 5] = [13, 34, 89, 233, 610];
-/// The places of two Gauss nodes.
-const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
-/// Lines suffice if the mean changes by no more than this share of what is allowed: a few lines may agree by chance where
-/// an edge crosses the pixel.
-const CHANGE: f64 = 0.25;
+/// Lines suffice if the mean changes by no more than this share of what is allowed, where g jumps or there are limbs: a few
+/// lines may agree by chance where an edge crosses the pixel. In other images the change may be all that is allowed.
+const CHANGE_AT_EDGES: f64 = 0.25;
 /// The steps of these lines are finer so many times: structure of the image between pixels is often narrow in depth, too.
 /// Where g jumps, all lines have so many.
 const FINER: usize = 3;
@@ -45,7 +44,7 @@ impl PixelLines<'_> {
         // More nodes would be an edge of the emission that no geometry knows: for that there are lattices.
         let of_limb = u8::try_from(level).ok().filter(|_| level < FEW);
         of_limb.and_then(|level| self.limbs.nodes(pixel, level)).unwrap_or_else(|| match level {
-            0 => (0..4).map(|k| ([GAUSS[k % 2], GAUSS[k / 2]], 1.0)).collect(),
+            0 => gauss_nodes().to_vec(),
             1 => {
                 let corner = |k: usize| ([k % 2, k / 2].map(|at| at as f64), 0.25);
                 (0..4).map(corner).chain([([0.5; 2], 2.0)]).collect()
@@ -115,7 +114,9 @@ impl PixelLines<'_> {
         allowed: f64,
         seconds_left: &mut f64,
     ) -> Result<bool, MethodError> {
-        let finer = if self.steps.has_jumps { 1 } else { FINER };
+        let has_jumps = self.steps.has_jumps;
+        let finer = if has_jumps { 1 } else { FINER };
+        let of_change = if has_jumps || self.limbs.is_some() { CHANGE_AT_EDGES } else { 1.0 };
         let open: Vec<usize> = (0..divided.len()).filter(|&of| !divided[of].is_settled).collect();
         // Before there is a place for each of them.
         let least = open.len() * level.checked_sub(FEW).map_or(4, |of| LATTICES[of]);
@@ -164,7 +165,7 @@ impl PixelLines<'_> {
                 // Lines at an edge may miss a piece that lies between two steps; not all of them do.
                 missed = OF_PIECE * self.steps.missed / finer as f64 / number.sqrt();
             }
-            let is_settled = change <= CHANGE * allowed && of_edge <= allowed;
+            let is_settled = change <= of_change * allowed && of_edge <= allowed;
             let error = change.max(of_edge) + of_lines + missed;
             divided[of] = Divided { pixel, mean, error, is_settled };
         }

@@ -164,7 +164,7 @@ impl<'a> PixelLines<'a> {
             };
             // Where scattered lines are far from the image, nothing is known of finer blocks.
             expected = if found.is_unknown() {
-                block - 1
+                block / 2
             } else {
                 BLOCKS.iter().find(|of| suffices(of)).map_or(1, |(finer, _)| *finer)
             };

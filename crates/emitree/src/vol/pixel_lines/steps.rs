@@ -23,8 +23,8 @@ const PIXELS_OF_A_CHECK: usize = 256;
 /// The share of the error allowed that steps may leave on a scattered line; and what may be unknown of it.
 const OF_STEPS: f64 = 0.25;
 const OF_CHECK: f64 = 0.1;
-/// The share of the error allowed by which a piece of a line between two steps may change it where g jumps. Such pieces may be
-/// missed by all lines of a pixel: with 3 the largest error of eight random shapes with 256 × 256 pixels is 0.98 T.
+/// The share of the error allowed by which a piece of a line between two steps may change it where g jumps: all lines of a
+/// pixel may miss it.
 const OF_MISSED: f64 = 1.0;
 /// The share of the error allowed that any line may have: one with more has three times as many steps.
 const OF_LINE: f64 = 0.5;
@@ -176,7 +176,7 @@ impl Steps {
         }
         let mut seconds = f64::INFINITY;
         let mut found = Vec::with_capacity(INTEGRATED.len());
-        let mut jumps = JumpsSeen::default();
+        let (mut jumps, mut largest) = (JumpsSeen::default(), 0.0);
         let mut allowed_in_line = Allowed::OfLargest(OF_LINE * tolerance);
         for steps in INTEGRATED {
             let started = Instant::now();
@@ -185,16 +185,15 @@ impl Steps {
             seconds = seconds.min(started.elapsed().as_secs_f64() / (count * steps) as f64);
             if found.is_empty() {
                 jumps = seen;
+                largest = of_lines.iter().map(|two| two.all.abs()).fold(0.0, f64::max);
                 // On lines of few steps, smooth peaks look like jumps.
-                let largest = of_lines.iter().map(|two| two.all.abs()).fold(0.0, f64::max);
-                let allowed =
-                    if jumps.lines > 0 { OF_LINE * tolerance * largest } else { f64::INFINITY };
-                allowed_in_line = Allowed::Absolute(allowed);
+                let allowed = OF_LINE * tolerance * largest;
+                allowed_in_line =
+                    Allowed::Absolute(if jumps.lines > 0 { allowed } else { f64::INFINITY });
             }
             found.push(of_lines);
         }
         let has_jumps = jumps.lines > 0;
-        let largest = found[0].iter().map(|two| two.all.abs()).fold(0.0, f64::max);
         let allowed = tolerance * largest;
         if largest <= 0.0 || !found.iter().flatten().all(|two| two.all.is_finite()) {
             return Ok(None);

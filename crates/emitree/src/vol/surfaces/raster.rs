@@ -8,10 +8,8 @@ use crate::vol::surfaces::pixel::{KnownLines, Pixel};
 use crate::vol::surfaces::rays::{LineIntegral, Ray};
 use crate::vol::surfaces::sky::Sky;
 use crate::vol::tuning::TUNING;
-use crate::vol::view::pixel_rule::{RuleNode, fibonacci, lattice_nodes};
+use crate::vol::view::pixel_lattices::{fibonacci, gauss_nodes, lattice_nodes};
 
-/// The places of two Gauss nodes, for the first lines of each pixel.
-const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 /// The numbers of lines of pixels beside limbs: Fibonacci numbers, for lattices with lines at as many
 /// distances from a limb.
 const LINES: [usize; 4] = [34, 89, 233, 610];
@@ -105,9 +103,7 @@ impl Model {
                 return (LineIntegral::default(), false);
             }
             let mut of = Pixel::new(self, aim, pixel, lines);
-            let gauss: [RuleNode; 4] =
-                core::array::from_fn(|k| ([GAUSS[k % 2], GAUSS[k / 2]], 0.25));
-            let (line, check) = (of.mean(&gauss), of.mean(&lattice_nodes(5)));
+            let (line, check) = (of.mean(&gauss_nodes()), of.mean(&lattice_nodes(5)));
             let middle = of.mean(&[([0.5; 2], 1.0)]);
             let allowed = SPREAD * aim.target / aim.scale.pixels()[pixel];
             // Simpson's rule.

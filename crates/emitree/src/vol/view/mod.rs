@@ -11,6 +11,7 @@ pub(crate) mod frozen;
 mod line_scan;
 pub(crate) mod lines;
 pub(crate) mod part;
+pub(crate) mod pixel_lattices;
 pub(crate) mod pixel_rule;
 pub(crate) mod products;
 pub(crate) mod quadrature;

@@ -253,23 +253,6 @@ fn sections_between(
     begins.zip(ends).map(|(from, to)| Section::new(rule, [from, to], scan)).collect()
 }
 
-/// The points of the Fibonacci lattice of `count` points, with equal weights.
-pub(crate) fn lattice_nodes(count: usize) -> Vec<RuleNode> {
-    (0..count).map(|k| (fibonacci(k, count), 1.0 / count as f64)).collect()
-}
-
-/// Point `k` of the Fibonacci lattice of `count` points, in the middle of its shares.
-pub(crate) fn fibonacci(k: usize, count: usize) -> [f64; 2] {
-    // The Fibonacci number before `count`.
-    let (mut before, mut number) = (1, 1);
-    while number < count {
-        (before, number) = (number, before + number);
-    }
-    let u = (k as f64 + 0.5) / count as f64;
-    let v = ((k * before % count) as f64 + 0.5) / count as f64;
-    [u, v]
-}
-
 /// Gauss–Legendre nodes on the unit interval.
 fn gauss(number: usize) -> Rule {
     let Ok(rule) = GaussLegendre::new(number) else { return Vec::new() };
