@@ -9,6 +9,7 @@ use crate::cell::whole;
 use crate::vol::ascent::{self, Ascents};
 use crate::vol::dyadic::Place;
 use crate::vol::engine::Engine;
+use crate::vol::engine::borders::{BorderSamples, border_samples};
 use crate::vol::lattice;
 use crate::vol::sampling::Stop;
 use crate::vol::tuning::TUNING;
@@ -66,11 +67,12 @@ impl Engine<'_> {
         });
         let number = TUNING.verification.least_samples.max(whole(of_evaluations)).max(of_feature);
         let mut number = (number / parts).next_power_of_two();
+        let at_borders = border_samples(&self.sheets[..sheets]);
         for _ in 0..=TUNING.verification.most_doublings {
             let mut lines = Vec::with_capacity(self.sheets.len());
             let mut smallest = self.coverage.of_others;
-            for sheet in 0..sheets {
-                let (of_part, size) = self.verify_part(sheet, number, target).await?;
+            for (sheet, at_border) in at_borders.iter().enumerate() {
+                let (of_part, size) = self.verify_part(sheet, at_border, number, target).await?;
                 lines.push(of_part);
                 if let Some(size) = size {
                     smallest = Some(smallest.map_or(size, |of_others| of_others.max(size)));
@@ -86,11 +88,12 @@ impl Engine<'_> {
         Ok(vec![Vec::new(); self.sheets.len()])
     }
 
-    /// The lines to be verified on one part after `number` scattered samples, and the feature size
-    /// that these cover; `None` if no sample is in view.
+    /// The lines to be verified on one part after `number` scattered samples, and beside those of other parts
+    /// at its border, and the feature size that the former cover; `None` if no sample is in view.
     async fn verify_part(
         &mut self,
         sheet: usize,
+        at_border: &BorderSamples,
         number: usize,
         target: f64,
     ) -> Result<(Lines, Option<f64>), Stop> {
@@ -130,7 +133,8 @@ impl Engine<'_> {
         let lines = found
             .iter()
             .filter(|(_, of)| verified.effect(of) > TUNING.verification.sample_line_from);
-        let lines = lines.map(|(point, _)| verified.line_through(*point)).collect();
+        let mut lines: Lines = lines.map(|(point, _)| verified.line_through(*point)).collect();
+        lines.extend(verified.lines_beside(&at_border.points, &at_border.rates));
         let size = verified.size_covered(&samples.points, &deviations, passed);
         Ok((lines, Some(size / self.parts[sheet.id.part].least_feature)))
     }

@@ -2,6 +2,7 @@
 
 mod current_image;
 mod base;
+mod borders;
 pub(crate) mod first_energy;
 pub(crate) mod coverage;
 mod verification;

@@ -172,6 +172,7 @@ impl Engine<'_> {
         for ((sheet, places), state) in sheets {
             let tolerance = sheet.line_tolerance(&tolerances);
             allowed &= within_budget(sheet.sample_nodes(places, &state.guarded, tolerance).await)?;
+            sheet.choose_order_again();
         }
         self.set_values(0);
         Ok(allowed)

@@ -1,5 +1,6 @@
 //! The loop and its parts, on views of the unit cube with known images.
 
+mod borders;
 mod energies;
 mod loops;
 mod spectra_verification;

@@ -6,6 +6,8 @@ group! {
         /// The least share of the base lines with a jump from which jumps are tracked from line to
         /// line, and kinks of the image are expected where surfaces turn away.
         rough_share: f64 = 0.03, 0.015..=0.06;
+        /// The same of all nodes of a tree that has been refined, most of which may be at a small shape.
+        rough_share_of_nodes: f64 = 0.25, 0.125..=0.5;
         /// The order of the predictions of such an image tree. Shorter stencils reach less far
         /// across kinks. Only even orders have symmetric stencils, and 6 is the order of smooth
         /// images.

@@ -13,6 +13,7 @@ use crate::vol::sampling::Stop;
 use crate::vol::tuning::TUNING;
 use crate::vol::view::part::ProductImage;
 use crate::vol::view::sheet::Sheet;
+use crate::vol::view::verification::Lines;
 use crate::vol::view::verification_lines::FIRST_LINE;
 use crate::vol::{FEATURE_CONTRAST, FeatureSize, lattice};
 
@@ -242,6 +243,29 @@ impl ScatteredSheet<'_, '_> {
             [below, (below + step).min(spacing(0))]
         };
         (place, levels.flat_map(around).collect())
+    }
+
+    /// Lines through those of the points at which known rates differ most from the fits to the lines around them, at
+    /// a distance from each other.
+    pub(crate) fn lines_beside(&self, points: &[[f64; 3]], rates: &[f64]) -> Lines {
+        let deviations = self.deviations(points, rates);
+        let effects = deviations.iter().map(|of| self.effect(of)).enumerate();
+        let mut differ: Vec<(usize, f64)> =
+            effects.filter(|(_, effect)| *effect > TUNING.verification.sample_line_from).collect();
+        differ.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        let mut chosen: Vec<[f64; 3]> = Vec::new();
+        for (number, _) in differ {
+            let is_near = |other: &[f64; 3]| {
+                (0..2).all(|axis| {
+                    (other[axis] - points[number][axis]).abs()
+                        < TUNING.verification.worst_line_distance
+                })
+            };
+            if !chosen.iter().any(is_near) {
+                chosen.push(points[number]);
+            }
+        }
+        chosen.into_iter().map(|point| self.line_through(point)).collect()
     }
 
     /// The standard deviation of the smallest Gaussian that is detected at 99 % of all places, with

@@ -114,7 +114,18 @@ impl<'a> Sheet<'a> {
 
     /// Chooses the order of predictions and the tracking of jumps, after the base has been sampled.
     pub(crate) fn choose_order(&mut self) {
-        if self.has_many_jumps() {
+        self.choose_order_from(TUNING.view.rough_share);
+    }
+
+    /// The same after nodes have been added: most of them may be at a small shape that few base lines met.
+    pub(crate) fn choose_order_again(&mut self) {
+        if !self.scan.node_lines.tracks_jumps {
+            self.choose_order_from(TUNING.view.rough_share_of_nodes);
+        }
+    }
+
+    fn choose_order_from(&mut self, share: f64) {
+        if self.jumping_lines() >= share * self.scan.tree.len() as f64 {
             self.scan.node_lines.tracks_jumps = true;
             self.scan.tree.set_order(TUNING.view.rough_order);
         }
@@ -122,10 +133,14 @@ impl<'a> Sheet<'a> {
 
     /// Whether g jumps on surfaces that many of the base lines cross.
     pub(crate) fn has_many_jumps(&self) -> bool {
-        let lines = &self.scan.node_lines.lines;
+        self.jumping_lines() >= TUNING.view.rough_share * self.scan.tree.len() as f64
+    }
+
+    /// The number of lines that cross a surface on which g jumps.
+    fn jumping_lines(&self) -> f64 {
         let of_interest = spacing(TUNING.view.rough_jump_level);
-        let jumping = lines.iter().filter(|line| line.has_jump_within(of_interest));
-        jumping.count() as f64 >= TUNING.view.rough_share * lines.len() as f64
+        let lines = self.scan.node_lines.lines.par_iter().with_min_len(NODES_PER_TASK);
+        lines.filter(|line| line.has_jump_within(of_interest)).count() as f64
     }
 
     /// Unit vectors along its lines, away from the observer, and their |integrals| times the density of solid angle.

@@ -151,6 +151,22 @@ fn jumps_on_three_of_a_hundred_lines_are_tracked_with_shorter_stencils() {
 }
 
 #[test]
+fn jumps_on_a_quarter_of_the_nodes_of_a_refined_tree_are_tracked() {
+    let meter = meter(0);
+    for (jumping, is_rough) in [(20, false), (21, true)] {
+        let mut sheet = sheet(&meter, &PANE, 3, SHAPE);
+        fill(&mut sheet, &lattice(3), |_| 1.0);
+        for line in &mut sheet.scan.node_lines.lines[..jumping] {
+            *line = line_of(8, |z| if z < 0.4 { 0.0 } else { 1.0 });
+            line.assess(1e-3, 3);
+        }
+        sheet.choose_order_again();
+        assert_eq!(sheet.scan.node_lines.tracks_jumps, is_rough, "{jumping} of 81");
+        assert_eq!(sheet.scan.tree.order(), if is_rough { 4 } else { 6 });
+    }
+}
+
+#[test]
 fn nodes_beyond_the_budget_are_removed() {
     let meter = meter(1);
     let mut sheet = sheet(&meter, &PANE, 2, SHAPE);
