@@ -141,6 +141,13 @@ impl Meter {
         self.known.clone().or_else(|| locked(&self.first).clone())
     }
 
+    /// The rates that are stored, in an order that no request changes; none once there are too many.
+    pub(crate) fn stored_rates(&self) -> Vec<RateAt> {
+        let Some(stored) = self.stored() else { return Vec::new() };
+        let rates = locked(&stored).rates();
+        rates.into_iter().map(|(position, rate)| RateAt { rate, position }).collect()
+    }
+
     /// Collects the sample points of a part of a batch whose weight is not 0, and writes all weights to
     /// `weights`. Returns how many there are in pixels, one after the other.
     fn collect<S: SiteSource + ?Sized>(

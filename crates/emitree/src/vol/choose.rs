@@ -322,19 +322,36 @@ async fn finish(
     mut attempted: Attempted,
     mut before: BeforeTrees<'_>,
 ) -> Result<MethodOutput, MethodError> {
-    let products = match attempted.found.take() {
-        Some(products) if is_complete(&products) => return Ok(products),
-        products => products,
-    };
+    let mut products = attempted.found.take();
+    let has_image = products.as_ref().is_some_and(is_complete);
     // Where there are trees to begin with, no surfaces were found before.
-    if before.start.is_none()
-        && axis.is_none()
-        && (attempted.has_jump
-            || surfaces::look_beside_few(meter, tiles, parts, vol, &attempted.known).await?)
-        && let Some(found) =
-            surfaces::render(meter, tiles, parts, vol, &mut attempted.known).await?
-    {
-        return Ok(found);
+    if before.start.is_none() && axis.is_none() {
+        let known = &mut attempted.known;
+        let has_jump = !has_image
+            && (attempted.has_jump
+                || surfaces::look_beside_few(meter, tiles, parts, vol, known).await?);
+        if has_jump && let Some(found) = surfaces::render(meter, tiles, parts, vol, known).await? {
+            return Ok(found);
+        }
+        if meter.start().is_none() && meter.rows_wanted().is_none() {
+            // Points that no search has kept.
+            known.hits = surfaces::few_of_all(meter);
+        }
+        if !known.hits.is_empty()
+            && surfaces::look_beside_few(meter, tiles, parts, vol, known).await?
+        {
+            if let Some(found) = surfaces::render(meter, tiles, parts, vol, known).await? {
+                return Ok(found);
+            }
+            if has_image {
+                // It has no jump.
+                products = None;
+                known.products.fill(None);
+            }
+        }
+    }
+    if let Some(products) = products.take_if(|products| is_complete(products)) {
+        return Ok(products);
     }
     // The search for products has shown whether G jumps at the first energy.
     before.is_searched = attempted.of_first.is_some();

@@ -1,28 +1,29 @@
-//! Samples at the border of a part, as samples of the parts beside it.
+//! Samples at the border of a tile, as samples of the tiles beside it.
 //!
-//! A structure that is resolved in one part may reach a small way across its border, where the lines of the other
-//! part are too coarse to meet it. Rates that are known at the border are therefore compared with the lines of
-//! all other parts that contain the same point: they cost no evaluation.
+//! A structure that is resolved in one tile may reach a small way across its border, where the lines of the other
+//! tile are too coarse to meet it. Rates that are known at the border are therefore compared with the lines of
+//! all other tiles that contain the same point: they cost no evaluation. The borders of charts are limbs and edges, which
+//! have structure of their own.
 
 use crate::projection::Chart;
 use crate::vol::dyadic::{STEPS, from_unit, unit};
 use crate::vol::view::sheet::Sheet;
 
-/// A point on the border of two parts is in both, whatever rounding does.
+/// A point on the border of two tiles is in both, whatever rounding does.
 const ROUNDING: f64 = 1e-9;
 
-/// Points in the chart of a part, and G there.
+/// Points in the chart of a tile, and G there.
 #[derive(Debug, Default)]
 pub(crate) struct BorderSamples {
     pub(crate) points: Vec<[f64; 3]>,
     pub(crate) rates: Vec<f64>,
 }
 
-/// For each sheet, the samples of the others that are at their borders and in its chart.
+/// For each sheet of a tile, the samples of the others that are at their borders and in its chart; none for charts.
 pub(crate) fn border_samples(sheets: &[Sheet<'_>]) -> Vec<BorderSamples> {
     let mut found: Vec<BorderSamples> =
         (0..sheets.len()).map(|_| BorderSamples::default()).collect();
-    if sheets.len() < 2 {
+    if sheets.len() < 2 || !sheets.iter().all(|sheet| sheet.footing.is_of_pixels()) {
         return found;
     }
     for (from, sheet) in sheets.iter().enumerate() {
@@ -38,7 +39,7 @@ pub(crate) fn border_samples(sheets: &[Sheet<'_>]) -> Vec<BorderSamples> {
     found
 }
 
-/// The coordinates of a world point in a chart, if it is in its part, and ds/dz there.
+/// The coordinates of a world point in a chart, if it is in its tile, and ds/dz there.
 fn place_in(chart: &dyn Chart, position: [f64; 3]) -> Option<([f64; 3], f64)> {
     let u = chart.chart_from_world(position)?;
     if !u.iter().all(|along| (-ROUNDING..=1.0 + ROUNDING).contains(along)) {

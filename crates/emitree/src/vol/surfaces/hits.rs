@@ -1,9 +1,11 @@
-//! Samples in other charts at which g differs from most of the view: where few of many samples meet a shape, the
+//! Samples in other charts, and other points, at which g differs from most of the view: where few of many samples meet a shape, the
 //! first samples of a search for surfaces would miss it.
 
+use crate::meter::Meter;
+use crate::rendering::RateAt;
 use crate::vol::sampling::unlike_most;
 use crate::vol::view::part::{Part, Parts};
-use crate::vol::view::scattered::PartSamples;
+use crate::vol::view::scattered::{KnownParts, PartSamples};
 
 /// The most samples that are taken: a shape that more of them meet is met by the first samples of a search, too.
 const MOST: usize = 256;
@@ -41,12 +43,43 @@ pub(super) fn in_chart(part: &Part<'_>, parts: &Parts<'_>, samples: &[PartSample
     all.collect()
 }
 
+/// The samples of a view, and all other points of it at which g is known not to be that of most, in the chart of one part.
+pub(super) fn known_in_chart(part: &Part<'_>, parts: &Parts<'_>, known: &KnownParts) -> Vec<Known> {
+    let chart = &*part.chart;
+    let of_hit = |hit: &RateAt| {
+        let at = chart.chart_from_world(hit.position)?;
+        let path = chart.world_from_chart(at).path_per_depth;
+        let is_in_view = at.iter().all(|along| (0.0..=1.0).contains(along)) && path > 0.0;
+        is_in_view.then_some(Known { at, rate: hit.rate, of_path: hit.rate * path })
+    };
+    let mut all = in_chart(part, parts, &known.samples);
+    let bits = |of: &Known| of.at.map(f64::to_bits);
+    let is_new = |of: &Known, all: &[Known]| !all.iter().any(|other| bits(other) == bits(of));
+    for hit in known.hits.iter().filter_map(of_hit) {
+        if is_new(&hit, &all) {
+            all.push(hit);
+        }
+    }
+    all
+}
+
+/// Of all points at which g has been evaluated, those at which it is not that of most, if they are few.
+pub(crate) fn few_of_all(meter: &Meter) -> Vec<RateAt> {
+    let all = meter.stored_rates();
+    let rates: Vec<f64> = all.iter().map(|of| of.rate).collect();
+    few_of(&rates).into_iter().map(|number| all[number]).collect()
+}
+
 /// The numbers of those at which g is not that of most samples, in ascending order; none if no value is shared by most
 /// samples, or if more than [`MOST`] differ from it.
 pub(super) fn few(samples: &[Known]) -> Vec<usize> {
-    let rates: Vec<f64> = samples.iter().map(|of| of.rate).collect();
-    let others = unlike_most(&rates);
-    if others.len() > MOST.min(samples.len() / 2) { Vec::new() } else { others }
+    few_of(&samples.iter().map(|of| of.rate).collect::<Vec<_>>())
+}
+
+/// The numbers of such rates.
+fn few_of(rates: &[f64]) -> Vec<usize> {
+    let others = unlike_most(rates);
+    if others.len() > MOST.min(rates.len() / 2) { Vec::new() } else { others }
 }
 
 /// The points of those samples with G there.

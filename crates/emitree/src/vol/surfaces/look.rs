@@ -9,7 +9,7 @@ use crate::vol::VolOptions;
 use crate::vol::lattice;
 use crate::vol::lowrank::WeightedView;
 use crate::vol::sampling::{Stop, are_one, evaluate};
-use crate::vol::surfaces::hits::{few, in_chart};
+use crate::vol::surfaces::hits::{few, in_chart, known_in_chart};
 use crate::vol::surfaces::lines_of_sight::{LinesOfSight, in_view};
 use crate::vol::surfaces::render::is_possible;
 use crate::vol::surfaces::sky::{Sky, known_rates};
@@ -43,7 +43,7 @@ pub(crate) async fn look_beside_few(
     let lines = LinesOfSight::new(tiles, parts, &known_rates(parts, &known.samples));
     let Some(lines) = lines else { return Ok(false) };
     let Some(part) = lines.part(tiles, parts) else { return Ok(false) };
-    let samples = in_chart(&part, parts, &known.samples);
+    let samples = known_in_chart(&part, parts, known);
     let few = few(&samples);
     if few.is_empty() {
         return Ok(false);

@@ -75,5 +75,6 @@ mod lines_of_sight;
 mod steep_pairs;
 mod look;
 
+pub(crate) use hits::few_of_all;
 pub(crate) use look::{look, look_beside_few};
 pub(crate) use render::{FirstImage, render, render_cube};

@@ -18,7 +18,7 @@ use crate::vol::sampling::Stop;
 use crate::vol::spectrum::bins::Bins;
 use crate::vol::surfaces::attempt::attempt;
 use crate::vol::surfaces::cube::attempt_cube;
-use crate::vol::surfaces::hits::{hits, in_chart};
+use crate::vol::surfaces::hits::{hits, in_chart, known_in_chart};
 use crate::vol::surfaces::lines_of_sight::LinesOfSight;
 use crate::vol::surfaces::sky::known_rates;
 use crate::vol::surfaces::start::Request;
@@ -44,9 +44,9 @@ pub(crate) async fn render(
     };
     let Some(part) = lines.part(tiles, parts) else { return Ok(None) };
     let part = &part;
-    let hits = match lines.are_of_parts() {
+    let hits = match lines.are_of_parts() && known.hits.is_empty() {
         true => Vec::new(),
-        false => hits(&in_chart(part, parts, &known.samples)),
+        false => hits(&known_in_chart(part, parts, known)),
     };
     // Samples in charts are elsewhere.
     let samples = known.samples.first_mut().filter(|_| lines.are_of_parts());

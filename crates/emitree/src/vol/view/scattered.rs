@@ -5,6 +5,7 @@ use crate::error::OptionError;
 use crate::exchange::MethodError;
 use crate::parallel::prelude::*;
 use crate::projection::Projection;
+use crate::rendering::RateAt;
 use crate::tile::Tile;
 use crate::vol::dyadic::{Place, from_unit, spacing};
 use crate::vol::image::nearest::Nearest;
@@ -156,6 +157,8 @@ impl Sheet<'_> {
 pub(crate) struct KnownParts {
     /// Scattered samples of each part.
     pub(crate) samples: Vec<PartSamples>,
+    /// Of all points at which g is known, those few at which it is not that of most.
+    pub(crate) hits: Vec<RateAt>,
     /// The image of each part by products, if there is one.
     pub(crate) products: Vec<Option<ProductImage>>,
     /// The largest |pixel| of one of them.
@@ -169,6 +172,7 @@ impl KnownParts {
     pub(crate) fn none(parts: usize) -> Self {
         Self {
             samples: (0..parts).map(|_| PartSamples::default()).collect(),
+            hits: Vec::new(),
             products: vec![None; parts],
             largest: 0.0,
             smallest: None,
