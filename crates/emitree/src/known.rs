@@ -74,16 +74,6 @@ impl KnownRates {
         new
     }
 
-    /// All positions with their rates, in the order of their bits.
-    pub(crate) fn rates(&self) -> Vec<([f64; 3], f64)> {
-        let mut points: Vec<(&Point, f64)> = self.0.iter().map(|(of, rate)| (of, *rate)).collect();
-        points.sort_unstable_by_key(|(of, _)| **of);
-        let at = |(of, rate): (&Point, f64)| {
-            (core::array::from_fn(|axis| f64::from_bits(of[axis])), rate)
-        };
-        points.into_iter().map(at).collect()
-    }
-
     /// Removes the rates at some points.
     pub(crate) fn remove(&mut self, points: &[Point]) {
         for point in points {
@@ -123,14 +113,6 @@ mod tests {
         known.insert(&batch(&[3.0], &[]));
         known.fill(&mut wanted);
         assert_eq!(wanted.rates, [3.0, 2.0, 1.0]);
-    }
-
-    #[test]
-    fn all_rates_have_their_positions() {
-        let mut known = KnownRates::default();
-        known.insert(&batch(&[3.0, 1.0, 2.0], &[]));
-        let at = |x: f64| ([x, 0.0, 0.0], x);
-        assert_eq!(known.rates(), [at(1.0), at(2.0), at(3.0)]);
     }
 
     #[test]

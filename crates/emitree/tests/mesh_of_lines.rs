@@ -9,6 +9,7 @@ use emitree::{
     RenderOptions, Rendering, Session, StopReason, VolOptions, render, render_cube,
 };
 use emitree_problems::relative_error;
+use emitree_problems::views::random_view;
 
 const SHAPE: [usize; 2] = [48, 64];
 
@@ -184,6 +185,21 @@ fn lines_of_sight_serve_other_emissions() {
     let other = los(Steps::Fixed(17)).with_fixed_mesh(&mesh);
     let refused = render(&emission, &Canonical, SHAPE, &other);
     assert_eq!(refused.err(), Some(RenderError::Option(OptionError::FixedMesh)));
+}
+
+/// In this view g is the same at all but a few points, beside which a jump is looked for: the same points are requested
+/// again.
+#[test]
+fn a_mesh_is_restored_where_few_points_differ() {
+    let view = random_view(167);
+    let emission = FromFn(|position, _| view.rate(position));
+    let found = render(&emission, view.camera(), view.shape(), &vol(0.01)).unwrap();
+    assert_eq!(found.stats.evaluations, 5035);
+    let mesh = found.mesh.unwrap();
+    let (camera, shape): (&dyn emitree::Projection, _) = (view.camera(), view.shape());
+    let rates = mesh.recorded_rates();
+    let restored = Session::<Image>::restored_mesh(camera, shape, None, &vol(0.01), rates).unwrap();
+    assert_eq!(restored.points().positions(), mesh.points().positions());
 }
 
 /// The recorded rates of a rendering make its mesh again, with all that it began with; other ones are refused.

@@ -9,6 +9,7 @@ use emitree::{
     StopReason, Viewpoint, VolOptions, render, render_cube,
 };
 use emitree_problems::family::random_scene;
+use emitree_problems::planets::random_planet;
 use std::sync::{Arc, Mutex};
 
 const CAMERA: &dyn Projection = &Canonical;
@@ -123,6 +124,25 @@ fn a_tighter_tolerance_gives_what_it_gives_at_once() {
     }
     assert_eq!((together, alone), (498_069, 459_932));
     assert!(together as f64 <= 1.1 * alone as f64);
+}
+
+/// A shape that one point alone meets is found again although the session knows many points of it by then.
+#[test]
+fn a_small_shape_is_in_both_images_of_a_session() {
+    let scene = random_planet(31);
+    let owned = scene.camera();
+    let camera: &dyn Projection = &*owned;
+    let emission = FromFn(|at, _| scene.rate(at));
+    let at_once = render(&emission, camera, [64, 64], &vol(0.02)).unwrap();
+    assert!(at_once.surfaces.is_some());
+    let mut session = Session::<Image>::new(camera, [64, 64], &vol(0.02)).unwrap();
+    for _ in 0..2 {
+        session.resume([64, 64], &vol(0.02)).unwrap();
+        while !session.is_done() {
+            session.step(&emission).unwrap();
+        }
+        assert_eq!(session.rendering().unwrap().values, at_once.values);
+    }
 }
 
 #[test]

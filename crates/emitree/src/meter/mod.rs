@@ -36,6 +36,8 @@ pub(crate) struct Meter {
     used: Mutex<Batch>,
     /// The largest |rate| so far.
     largest_rate: Mutex<Option<RateAt>>,
+    /// The first rates of this rendering in the order of the requests; `None` once there are too many.
+    first_requested: Mutex<Option<Vec<RateAt>>>,
     /// Evaluations that were not known before.
     new_evaluations: AtomicU64,
     /// Evaluations of the absorption coefficient.
@@ -108,6 +110,7 @@ impl Meter {
             of_pixels: Tally::new(shape),
             used: Mutex::default(),
             largest_rate: Mutex::default(),
+            first_requested: Mutex::new(Some(Vec::new())),
             new_evaluations: AtomicU64::new(0),
             absorption_evaluations: AtomicU64::new(0),
             given_evaluations: AtomicU64::new(0),
@@ -306,10 +309,16 @@ impl Meter {
         self.evaluations().saturating_sub(self.unkept_evaluations.load(Ordering::Relaxed))
     }
 
+    /// All rates of this rendering in the order of the requests, whoever knew them before; none once there are too many.
+    pub(crate) fn first_requested(&self) -> Vec<RateAt> {
+        locked(&self.first_requested).clone().unwrap_or_default()
+    }
+
     /// Says that no rate of the evaluations since there were so many is kept.
     pub(crate) fn keeps_none_since(&self, evaluations: u64) {
         let unkept = self.evaluations().saturating_sub(evaluations);
         self.unkept_evaluations.fetch_add(unkept, Ordering::Relaxed);
+        *locked(&self.first_requested) = Some(Vec::new());
     }
 
     /// Allows so many more evaluations although the time has ended.

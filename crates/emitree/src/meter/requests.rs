@@ -16,8 +16,8 @@ const POINTS_PER_TASK: usize = 2048;
 /// Sample points of one request, at most, unless g takes whole batches: few enough that points and
 /// rates stay in a cache of the processor.
 const POINTS_AT_ONCE: usize = 1 << 16;
-/// The number of rates from which the first ones are not stored any longer, 10 MiB: then an image tree has begun, which
-/// hardly ever requests a point again.
+/// The number of rates from which the first ones are not stored any longer, 10 MiB, nor a list of them, 2 MiB: then an
+/// image tree has begun, which hardly ever requests a point again.
 const FIRST_RATES: usize = 1 << 16;
 
 impl Meter {
@@ -90,6 +90,7 @@ impl Meter {
             });
         }
         self.note_largest(&batch);
+        self.note_first(&batch);
         *locked(&self.used) = batch;
         Ok(())
     }
@@ -116,6 +117,18 @@ impl Meter {
         }
     }
 
+    /// Appends to [`first_requested`](Self::first_requested).
+    fn note_first(&self, batch: &Batch) {
+        let mut first = locked(&self.first_requested);
+        let Some(points) = &mut *first else { return };
+        if points.len() + batch.len() > FIRST_RATES {
+            *first = None;
+        } else {
+            let rates = batch.rates.iter().zip(&batch.positions);
+            points.extend(rates.map(|(&rate, &position)| RateAt { rate, position }));
+        }
+    }
+
     /// The rates at all points of a batch; those that are not stored are requested. Returns which points count for
     /// pixels, if not all: in a session also those whose rates are stored.
     async fn rates(&self, mut batch: Batch) -> Result<(Batch, Option<Vec<bool>>), MethodError> {
@@ -139,13 +152,6 @@ impl Meter {
     /// Where rates are stored: all of them, or the first ones as long as there are not too many.
     fn stored(&self) -> Option<Arc<Mutex<KnownRates>>> {
         self.known.clone().or_else(|| locked(&self.first).clone())
-    }
-
-    /// The rates that are stored, in an order that no request changes; none once there are too many.
-    pub(crate) fn stored_rates(&self) -> Vec<RateAt> {
-        let Some(stored) = self.stored() else { return Vec::new() };
-        let rates = locked(&stored).rates();
-        rates.into_iter().map(|(position, rate)| RateAt { rate, position }).collect()
     }
 
     /// Collects the sample points of a part of a batch whose weight is not 0, and writes all weights to

@@ -130,6 +130,10 @@ impl<I: Iterator> Serial<I> {
         self.0.all(f)
     }
 
+    pub(crate) fn count(self) -> usize {
+        self.0.count()
+    }
+
     pub(crate) fn for_each(self, f: impl Fn(I::Item)) {
         self.0.for_each(f);
     }

@@ -52,7 +52,9 @@ impl Engine<'_> {
     ) -> Result<bool, MethodError> {
         let wanted = self.sheets[first..].iter_mut().map(Sheet::add_base).collect();
         let sampled = self.refine_base(first, wanted, tolerances).await;
-        self.sheets[first..].iter_mut().for_each(Sheet::choose_order);
+        self.sheets[first..]
+            .iter_mut()
+            .for_each(|sheet| sheet.choose_order(TUNING.view.rough_share));
         self.set_values(first);
         within_budget(sampled)
     }

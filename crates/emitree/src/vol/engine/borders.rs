@@ -2,27 +2,21 @@
 //!
 //! A structure that is resolved in one tile may reach a small way across its border, where the lines of the other
 //! tile are too coarse to meet it. Rates that are known at the border are therefore compared with the lines of
-//! all other tiles that contain the same point: they cost no evaluation. The borders of charts are limbs and edges, which
-//! have structure of their own.
+//! all other tiles that contain the same point: they cost no evaluation. The borders of charts are limbs and edges,
+//! which have structure of their own.
 
 use crate::projection::Chart;
 use crate::vol::dyadic::{STEPS, from_unit, unit};
+use crate::vol::view::scattered::PartSamples;
 use crate::vol::view::sheet::Sheet;
 
 /// A point on the border of two tiles is in both, whatever rounding does.
 const ROUNDING: f64 = 1e-9;
 
-/// Points in the chart of a tile, and G there.
-#[derive(Debug, Default)]
-pub(crate) struct BorderSamples {
-    pub(crate) points: Vec<[f64; 3]>,
-    pub(crate) rates: Vec<f64>,
-}
-
-/// For each sheet of a tile, the samples of the others that are at their borders and in its chart; none for charts.
-pub(crate) fn border_samples(sheets: &[Sheet<'_>]) -> Vec<BorderSamples> {
-    let mut found: Vec<BorderSamples> =
-        (0..sheets.len()).map(|_| BorderSamples::default()).collect();
+/// For each sheet of a tile, the samples of the others that are at their borders and in its chart; none of charts at
+/// bodies.
+pub(crate) fn border_samples(sheets: &[Sheet<'_>]) -> Vec<PartSamples> {
+    let mut found: Vec<PartSamples> = (0..sheets.len()).map(|_| PartSamples::default()).collect();
     if sheets.len() < 2 || !sheets.iter().all(|sheet| sheet.footing.is_of_pixels()) {
         return found;
     }

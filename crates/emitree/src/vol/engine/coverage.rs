@@ -9,7 +9,7 @@ use crate::cell::whole;
 use crate::vol::ascent::{self, Ascents};
 use crate::vol::dyadic::Place;
 use crate::vol::engine::Engine;
-use crate::vol::engine::borders::{BorderSamples, border_samples};
+use crate::vol::engine::borders::border_samples;
 use crate::vol::lattice;
 use crate::vol::sampling::Stop;
 use crate::vol::tuning::TUNING;
@@ -93,7 +93,7 @@ impl Engine<'_> {
     async fn verify_part(
         &mut self,
         sheet: usize,
-        at_border: &BorderSamples,
+        at_border: &PartSamples,
         number: usize,
         target: f64,
     ) -> Result<(Lines, Option<f64>), Stop> {
@@ -134,7 +134,7 @@ impl Engine<'_> {
             .iter()
             .filter(|(_, of)| verified.effect(of) > TUNING.verification.sample_line_from);
         let mut lines: Lines = lines.map(|(point, _)| verified.line_through(*point)).collect();
-        lines.extend(verified.lines_beside(&at_border.points, &at_border.rates));
+        lines.extend(verified.lines_beside(at_border));
         let size = verified.size_covered(&samples.points, &deviations, passed);
         Ok((lines, Some(size / self.parts[sheet.id.part].least_feature)))
     }

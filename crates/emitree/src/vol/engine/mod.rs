@@ -170,7 +170,8 @@ impl<'a> Trees<'a> {
     /// Whether G jumps on many of the base lines of a part.
     pub(crate) fn have_jumps(&self) -> bool {
         let Beginning::Samples(first) = &self.beginning else { return false };
-        first.within_budget && self.engine.sheets.iter().any(Sheet::has_many_jumps)
+        first.within_budget
+            && self.engine.sheets.iter().any(|sheet| sheet.jumps_on(TUNING.view.rough_share))
     }
 
     /// Leaves evaluations out of those of the trees.

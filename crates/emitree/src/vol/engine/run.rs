@@ -172,7 +172,8 @@ impl Engine<'_> {
         for ((sheet, places), state) in sheets {
             let tolerance = sheet.line_tolerance(&tolerances);
             allowed &= within_budget(sheet.sample_nodes(places, &state.guarded, tolerance).await)?;
-            sheet.choose_order_again();
+            // Most nodes may be at a small shape that few base lines met.
+            sheet.choose_order(TUNING.view.rough_share_of_nodes);
         }
         self.set_values(0);
         Ok(allowed)

@@ -68,7 +68,7 @@ impl Engine<'_> {
         self.assess_start(largest);
         self.set_values(0);
         if !is_fixed {
-            self.sheets.iter_mut().for_each(Sheet::choose_order);
+            self.sheets.iter_mut().for_each(|sheet| sheet.choose_order(TUNING.view.rough_share));
             self.set_values(0);
             match self.refine_start(largest).await {
                 Err(Stop::Budget) => return Ok(false),

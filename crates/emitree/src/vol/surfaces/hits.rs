@@ -1,5 +1,5 @@
-//! Samples in other charts, and other points, at which g differs from most of the view: where few of many samples meet a shape, the
-//! first samples of a search for surfaces would miss it.
+//! Samples in other charts, and other points, at which g differs from most of the view: where few of many samples
+//! meet a shape, the first samples of a search for surfaces would miss it.
 
 use crate::meter::Meter;
 use crate::rendering::RateAt;
@@ -63,9 +63,9 @@ pub(super) fn known_in_chart(part: &Part<'_>, parts: &Parts<'_>, known: &KnownPa
     all
 }
 
-/// Of all points at which g has been evaluated, those at which it is not that of most, if they are few.
+/// Of all points at which g has been requested, those at which it is not that of most, if they are few.
 pub(crate) fn few_of_all(meter: &Meter) -> Vec<RateAt> {
-    let all = meter.stored_rates();
+    let all = meter.first_requested();
     let rates: Vec<f64> = all.iter().map(|of| of.rate).collect();
     few_of(&rates).into_iter().map(|number| all[number]).collect()
 }
@@ -90,6 +90,22 @@ pub(super) fn hits(samples: &[Known]) -> Vec<([f64; 3], f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::projection::MappedPoint;
+    use crate::quadrature::Points;
+    use crate::site::Mapping;
+    use crate::vol::testing::{answered, meter};
+
+    /// Requests g, which is 1 up to 100 and 0 beyond, at (0, 0, 0), (1, 0, 0) and so on.
+    fn request(meter: &Meter, number: usize) {
+        let point = |number: usize| [number as f64, 0.0, 0.0];
+        let map =
+            |position| MappedPoint { position, direction: [0.0, 0.0, -1.0], path_per_depth: 1.0 };
+        let mapping = Mapping { map: &map, tile: (0, 1), energy: None };
+        let rate = |[x, ..]: [f64; 3], _| f64::from(u8::from(x < 100.0));
+        let mut rates = vec![1.0; number];
+        let task = meter.evaluate(Points::new(number, &point), mapping, &mut rates);
+        answered(meter, rate, task).unwrap();
+    }
 
     fn samples(rate: impl Fn(usize) -> f64) -> Vec<Known> {
         let of = |number: usize| Known {
@@ -109,5 +125,25 @@ mod tests {
         assert_eq!(hits(&found), [([7.0, 0.0, 0.0], 2.0)]);
         assert!(hits(&samples(|number| number as f64)).is_empty());
         assert!(hits(&samples(background)).is_empty());
+    }
+
+    #[test]
+    fn few_of_all_are_those_requested_so_far() {
+        let meter = meter(u64::MAX);
+        request(&meter, 100);
+        assert!(few_of_all(&meter).is_empty());
+        request(&meter, 102);
+        let found: Vec<[f64; 3]> = few_of_all(&meter).iter().map(|of| of.position).collect();
+        assert_eq!(found, [[100.0, 0.0, 0.0], [101.0, 0.0, 0.0]]);
+        let before = meter.evaluations();
+        request(&meter, 104);
+        meter.keeps_none_since(before);
+        assert!(few_of_all(&meter).is_empty());
+        request(&meter, 101);
+        assert_eq!(few_of_all(&meter).len(), 1);
+        request(&meter, 65_436);
+        assert!(few_of_all(&meter).is_empty());
+        request(&meter, 101);
+        assert!(few_of_all(&meter).is_empty());
     }
 }

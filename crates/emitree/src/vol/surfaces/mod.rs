@@ -10,7 +10,7 @@
 //!   between regions;
 //! * `samples`: samples of G, and the regions that their values belong to;
 //! * `visible`: where lines of sight end at opaque bodies; `sky`: views of several tiles, with a rim or with a pole;
-//!   `lines_of_sight`: the view as one part; `hits`: samples of other charts that meet a small shape;
+//!   `lines_of_sight`: the view as one part; `hits`: samples of other charts, and other points, that meet a small shape;
 //! * `aim`: the displacement of a patch that the tolerance allows;
 //! * `roots`: points of surfaces on edges of cells;
 //! * `focus`, `extent`: the part of the view that is not constant; `start`: the first samples;

@@ -251,7 +251,7 @@ impl ScatteredSheet<'_, '_> {
 
     /// Lines through those of the points at which known rates differ most from the fits to the lines around them, at
     /// a distance from each other.
-    pub(crate) fn lines_beside(&self, points: &[[f64; 3]], rates: &[f64]) -> Lines {
+    pub(crate) fn lines_beside(&self, PartSamples { points, rates, .. }: &PartSamples) -> Lines {
         let deviations = self.deviations(points, rates);
         let effects = deviations.iter().map(|of| self.effect(of)).enumerate();
         let mut differ: Vec<(usize, f64)> =

@@ -112,35 +112,22 @@ impl<'a> Sheet<'a> {
             .collect()
     }
 
-    /// Chooses the order of predictions and the tracking of jumps, after the base has been sampled.
-    pub(crate) fn choose_order(&mut self) {
-        self.choose_order_from(TUNING.view.rough_share);
-    }
-
-    /// The same after nodes have been added: most of them may be at a small shape that few base lines met.
-    pub(crate) fn choose_order_again(&mut self) {
-        if !self.scan.node_lines.tracks_jumps {
-            self.choose_order_from(TUNING.view.rough_share_of_nodes);
-        }
-    }
-
-    fn choose_order_from(&mut self, share: f64) {
-        if self.jumping_lines() >= share * self.scan.tree.len() as f64 {
+    /// Chooses the order of predictions and the tracking of jumps: they are those of jumps from this share of lines
+    /// with one on, and remain so.
+    pub(crate) fn choose_order(&mut self, share: f64) {
+        if !self.scan.node_lines.tracks_jumps && self.jumps_on(share) {
             self.scan.node_lines.tracks_jumps = true;
             self.scan.tree.set_order(TUNING.view.rough_order);
         }
     }
 
-    /// Whether g jumps on surfaces that many of the base lines cross.
-    pub(crate) fn has_many_jumps(&self) -> bool {
-        self.jumping_lines() >= TUNING.view.rough_share * self.scan.tree.len() as f64
-    }
-
-    /// The number of lines that cross a surface on which g jumps.
-    fn jumping_lines(&self) -> f64 {
+    /// Whether at least this share of its lines crosses a surface on which g jumps.
+    pub(crate) fn jumps_on(&self, share: f64) -> bool {
         let of_interest = spacing(TUNING.view.rough_jump_level);
-        let lines = self.scan.node_lines.lines.par_iter().with_min_len(NODES_PER_TASK);
-        lines.filter(|line| line.has_jump_within(of_interest)).count() as f64
+        let lines = &self.scan.node_lines.lines;
+        let all = lines.par_iter().with_min_len(NODES_PER_TASK);
+        let jumping = all.filter(|line| line.has_jump_within(of_interest)).count();
+        jumping as f64 >= share * lines.len() as f64
     }
 
     /// Unit vectors along its lines, away from the observer, and their |integrals| times the density of solid angle.

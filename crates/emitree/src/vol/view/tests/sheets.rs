@@ -135,32 +135,19 @@ fn a_detail_is_in_the_error_map_around_its_node() {
 }
 
 #[test]
-fn jumps_on_three_of_a_hundred_lines_are_tracked_with_shorter_stencils() {
+fn jumps_on_many_lines_are_tracked_with_shorter_stencils() {
     let meter = meter(0);
-    for (jumping, is_rough) in [(2, false), (3, true)] {
+    let [of_base, of_nodes] = [TUNING.view.rough_share, TUNING.view.rough_share_of_nodes];
+    for (share, jumping, is_rough) in
+        [(of_base, 2, false), (of_base, 3, true), (of_nodes, 20, false), (of_nodes, 21, true)]
+    {
         let mut sheet = sheet(&meter, &PANE, 3, SHAPE);
         fill(&mut sheet, &lattice(3), |_| 1.0);
         for line in &mut sheet.scan.node_lines.lines[..jumping] {
             *line = line_of(8, |z| if z < 0.4 { 0.0 } else { 1.0 });
             line.assess(1e-3, 3);
         }
-        sheet.choose_order();
-        assert_eq!(sheet.scan.node_lines.tracks_jumps, is_rough, "{jumping} of 81");
-        assert_eq!(sheet.scan.tree.order(), if is_rough { 4 } else { 6 });
-    }
-}
-
-#[test]
-fn jumps_on_a_quarter_of_the_nodes_of_a_refined_tree_are_tracked() {
-    let meter = meter(0);
-    for (jumping, is_rough) in [(20, false), (21, true)] {
-        let mut sheet = sheet(&meter, &PANE, 3, SHAPE);
-        fill(&mut sheet, &lattice(3), |_| 1.0);
-        for line in &mut sheet.scan.node_lines.lines[..jumping] {
-            *line = line_of(8, |z| if z < 0.4 { 0.0 } else { 1.0 });
-            line.assess(1e-3, 3);
-        }
-        sheet.choose_order_again();
+        sheet.choose_order(share);
         assert_eq!(sheet.scan.node_lines.tracks_jumps, is_rough, "{jumping} of 81");
         assert_eq!(sheet.scan.tree.order(), if is_rough { 4 } else { 6 });
     }
