@@ -137,14 +137,12 @@ fn a_surface_file_that_can_not_be_stored_leaves_the_old_one() {
 #[test]
 fn the_magnetopause_and_the_bow_shock_are_where_the_model_jumps() {
     let text = support::example("smile.toml");
-    let replaced =
-        [("render.method", "vol"), ("render.base_level", "3"), ("projection.target", "[8, 0, 0]")];
-    let overrides = replaced.map(|(key, value)| Override {
-        key: key.to_owned(),
-        value: value.to_owned(),
+    let target = Override {
+        key: "projection.target".to_owned(),
+        value: "[8, 0, 0]".to_owned(),
         option: "set".to_owned(),
-    });
-    let scene = Scene::parse("smile.toml", &text, &overrides).unwrap();
+    };
+    let scene = Scene::parse("smile.toml", &text, &[target]).unwrap();
     let found = scene.render(&scene.emission, &scene.render_options()).unwrap();
     let surfaces = RenderedScene::new(&scene, &found).surfaces.expect("surfaces are found");
     let mut sides = [3.0, -3.0].map(|side| {

@@ -477,8 +477,8 @@ fn the_example_scenes_are_read() {
     for (name, method) in [
         ("holmstrom.toml", "vol"),
         ("knot.toml", "vol"),
-        ("smile.toml", "paper"),
-        ("smile_jorgensen.toml", "paper"),
+        ("smile.toml", "vol"),
+        ("smile_jorgensen.toml", "vol"),
     ] {
         let settings = example(name);
         assert_eq!((settings.method.name(), settings.ignored), (method, Vec::new()), "{name}");
