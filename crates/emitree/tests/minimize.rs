@@ -102,17 +102,25 @@ fn shapes_with_sharp_surfaces_are_integrated_along_lines_of_sight() -> TestResul
     Ok(())
 }
 
-/// The radiance at (x, y) of exp(−r²/w²) about a ball of radius R, both in the middle of the unit cube, seen along z.
+/// The radius up to which the emission around a ball is larger, so that products do not serve it, and its factor there.
+const BRIGHT: (f64, f64) = (0.35, 1.5);
+
+/// exp(−r²/w²) times that factor, about the middle of the unit cube.
+fn around_ball(position: [f64; 3], w: f64) -> f64 {
+    let square: f64 = position.iter().map(|x| (x - 0.5).powi(2)).sum();
+    (-square / (w * w)).exp() * if square < BRIGHT.0 * BRIGHT.0 { BRIGHT.1 } else { 1.0 }
+}
+
+/// The radiance of it at (x, y), about a ball of radius R and seen along z.
 fn beside_ball([x, y]: [f64; 2], w: f64, radius: f64) -> f64 {
     let square = (x - 0.5).powi(2) + (y - 0.5).powi(2);
+    let up_to = |depth: f64| 0.5 * core::f64::consts::PI.sqrt() * w * libm::erf(depth / w);
+    let depth_in = |radius: f64| (radius * radius - square).max(0.0).sqrt();
     let half = |from: f64| {
-        0.5 * core::f64::consts::PI.sqrt() * w * (libm::erf(0.5 / w) - libm::erf(from / w))
+        let bright = up_to(depth_in(BRIGHT.0)) - up_to(from);
+        up_to(0.5) - up_to(from) + (BRIGHT.1 - 1.0) * bright
     };
-    let seen = if square < radius * radius {
-        half((radius * radius - square).sqrt())
-    } else {
-        2.0 * half(0.0)
-    };
+    let seen = if square < radius * radius { half(depth_in(radius)) } else { 2.0 * half(0.0) };
     (-square / (w * w)).exp() * seen
 }
 
@@ -134,10 +142,8 @@ fn views_with_bodies_are_integrated_along_lines_of_sight() -> TestResult {
     for (w, radius) in [(0.4, 0.2), (0.3, 0.013)] {
         let ball = Ellipsoid::sphere([0.5; 3], radius)?;
         let camera = Orthographic::of_unit_cube().with_occulters(vec![ball])?;
-        let gaussian = FromFn(|position: [f64; 3], _| {
-            (-position.iter().map(|x| (x - 0.5).powi(2)).sum::<f64>() / (w * w)).exp()
-        });
-        let found = render(&gaussian, &camera, [64, 64], &options(Minimize::Time))?;
+        let emission = FromFn(|position, _| around_ball(position, w));
+        let found = render(&emission, &camera, [64, 64], &options(Minimize::Time))?;
         found.stats.line_steps.ok_or("lines of sight")?;
         let [exact, coarse] = [32, 16].map(|n| means_beside_ball(n, w, radius));
         let [error, of_exact] = [&found.values, &coarse].map(|image| relative_error(image, &exact));

@@ -91,6 +91,14 @@ pub(crate) struct Shown {
     pub(crate) batches: u64,
 }
 
+/// What a meter had kept before evaluations of which it keeps none.
+#[derive(Debug)]
+pub(crate) struct BeforeUnkept {
+    evaluations: u64,
+    first: Option<Arc<Mutex<KnownRates>>>,
+    first_requested: Option<Vec<RateAt>>,
+}
+
 impl Meter {
     /// No requests yet; evaluations are counted for the pixels of an image of `shape`. Rates in `known` are
     /// not requested again, and new ones are added to it; intermediate images are stored or not.
@@ -314,11 +322,21 @@ impl Meter {
         locked(&self.first_requested).clone().unwrap_or_default()
     }
 
-    /// Says that no rate of the evaluations since there were so many is kept.
-    pub(crate) fn keeps_none_since(&self, evaluations: u64) {
-        let unkept = self.evaluations().saturating_sub(evaluations);
+    /// No rate is kept from here on, until [`keeps_again`](Self::keeps_again).
+    pub(crate) fn keeps_none(&self) -> BeforeUnkept {
+        BeforeUnkept {
+            evaluations: self.evaluations(),
+            first: locked(&self.first).take(),
+            first_requested: locked(&self.first_requested).take(),
+        }
+    }
+
+    /// Rates are kept again as before.
+    pub(crate) fn keeps_again(&self, before: BeforeUnkept) {
+        let unkept = self.evaluations().saturating_sub(before.evaluations);
         self.unkept_evaluations.fetch_add(unkept, Ordering::Relaxed);
-        *locked(&self.first_requested) = Some(Vec::new());
+        *locked(&self.first) = before.first;
+        *locked(&self.first_requested) = before.first_requested;
     }
 
     /// Allows so many more evaluations although the time has ended.

@@ -110,8 +110,8 @@ async fn to_tolerance(
     axis: Option<&EnergyAxis>,
     vol: &VolOptions,
 ) -> Result<MethodOutput, MethodError> {
-    if axis.is_none()
-        && let Some(lines) = PixelLines::expected(meter, tiles, vol).await?
+    let mut lines = PixelLines::expected(meter, tiles, axis, vol).await?;
+    if let Some(lines) = lines.take_if(|lines| lines.precede_products)
         && let Some(made) = lines.render().await?
     {
         return Ok(with_share_of_allowed(made, vol));
@@ -211,6 +211,11 @@ async fn to_tolerance(
                 unfinished = attempted.found.take();
                 continue;
             }
+        }
+        if let Some(lines) = lines.take_if(|_| !attempted.found.as_ref().is_some_and(is_complete))
+            && let Some(made) = lines.render().await?
+        {
+            return Ok(with_share_of_allowed(made, vol));
         }
         attempted.found = attempted.found.or(unfinished);
         if let Some(wanted) = meter.rows_wanted()

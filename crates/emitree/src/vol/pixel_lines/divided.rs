@@ -74,7 +74,7 @@ impl PixelLines<'_> {
         let mut divided: Vec<Divided> = Vec::new();
         let mut is_divided = vec![false; height * width];
         let mut is_open = vec![false; height * width];
-        let mut seconds_left = self.steps.most_seconds;
+        let mut seconds_left = self.most_seconds;
         let mut next = pixels.to_vec();
         while !next.is_empty() {
             next.iter().for_each(|&pixel| is_divided[pixel] = true);
@@ -116,7 +116,7 @@ impl PixelLines<'_> {
     ) -> Result<bool, MethodError> {
         let has_jumps = self.steps.has_jumps;
         let finer = if has_jumps { 1 } else { FINER };
-        let of_change = if has_jumps || self.limbs.is_some() { CHANGE_AT_EDGES } else { 1.0 };
+        let of_change = if has_jumps || self.limbs.cross_pixels() { CHANGE_AT_EDGES } else { 1.0 };
         let open: Vec<usize> = (0..divided.len()).filter(|&of| !divided[of].is_settled).collect();
         // Before there is a place for each of them.
         let least = open.len() * level.checked_sub(FEW).map_or(4, |of| LATTICES[of]);

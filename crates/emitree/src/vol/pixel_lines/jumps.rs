@@ -184,7 +184,6 @@ impl Medium<'_> {
         if !self.affords(count * steps) {
             return Ok(None);
         }
-        let mut before = self.meter.evaluations();
         let mut found = Vec::with_capacity(count);
         let mut seen = JumpsSeen::default();
         let at_once = (STEPS_AT_ONCE / steps).max(1);
@@ -197,6 +196,7 @@ impl Medium<'_> {
                     of.rates = rates.to_vec();
                 }
             };
+            let before = self.meter.keeps_none();
             march(self.meter, self.tile, &place, steps, None, &mut lines, add).await?;
             let allowed = match allowed {
                 Allowed::Absolute(error) => error,
@@ -207,8 +207,7 @@ impl Medium<'_> {
             };
             let mut jumps = without_trapezoids(&mut lines, steps, allowed, &mut seen);
             let is_affordable = self.bisect(&place, &mut jumps, BISECTED[1] * allowed).await?;
-            self.meter.keeps_none_since(before);
-            before = self.meter.evaluations();
+            self.meter.keeps_again(before);
             if !is_affordable {
                 return Ok(None);
             }

@@ -36,7 +36,7 @@ impl<'a> Limbs<'a> {
     }
 
     /// Whether there is any.
-    pub(super) fn is_some(&self) -> bool {
+    pub(super) fn cross_pixels(&self) -> bool {
         self.crossings.iter().any(|crossing| matches!(crossing, Crossing::Crossed(_)))
     }
 
@@ -74,7 +74,7 @@ mod tests {
         let tiles =
             [Tile { projection: &camera as &dyn Projection, shape: [16; 2], place: (0, 1) }];
         let limbs = Limbs::of(&tiles).expect("a view with charts");
-        assert!(limbs.is_some());
+        assert!(limbs.cross_pixels());
         let blocks = limbs.blocks([16; 2], 4).into_iter().enumerate();
         Ok(blocks.filter(|(_, is_crossed)| *is_crossed).map(|(block, _)| block).collect())
     }

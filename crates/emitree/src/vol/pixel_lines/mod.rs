@@ -4,8 +4,11 @@
 //! evaluations turn out to be that cheap, square blocks of pixels have a line through their middle, in the fewest
 //! uniform steps that scattered lines allow (`steps`). Differences between blocks give the means over pixels and
 //! their errors (`lattice_image`); blocks become smaller until few pixels have larger errors, and these have lines of
-//! their own (`divided`), as pixels that limbs cross (`limbs`). Jumps along lines are bisected (`jumps`). The scattered lines are compared with the image. If the error of a pixel stays beyond the tolerance
-//! there is no such image.
+//! their own (`divided`), as pixels that limbs cross (`limbs`). Jumps along lines are bisected (`jumps`). The scattered
+//! lines are compared with the image. If the error of a pixel stays beyond the tolerance there is no such image.
+//!
+//! Where lines through all pixels are expected to take longer than a search for products, they follow it, unless it
+//! has found an image.
 
 mod divided;
 mod jumps;
@@ -14,6 +17,7 @@ mod limbs;
 mod steps;
 
 use crate::cube::Cube;
+use crate::energy::EnergyAxis;
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::Meter;
@@ -29,13 +33,11 @@ use lattice_image::{LatticeImage, largest_around};
 use limbs::Limbs;
 use steps::{CheckLine, Steps};
 
-/// What the other ways to an image take at the least where they need many lines, without the time of g: a tenth of a
-/// second, and 3 microseconds for each pixel in charts.
-const USUAL: Seconds = Seconds { of_image: 0.1, of_pixel: 3e-6 };
-/// The same in views with opaque bodies, whose charts have several nodes in a pixel.
-const WITH_LIMBS: Seconds = Seconds { of_image: 0.1, of_pixel: 2e-5 };
-/// The same where surfaces are searched for.
-const WITH_JUMPS: Seconds = Seconds { of_image: 2.0, of_pixel: 5e-5 };
+/// What products of few functions take at the least where they serve the view, without the time of g: a tenth of a second, and
+/// 3 microseconds for each pixel.
+const OF_PRODUCTS: Seconds = Seconds { of_image: 0.1, of_pixel: 3e-6 };
+/// What surfaces and image trees take, which follow where products do not serve the view.
+const OF_OTHERS: Seconds = Seconds { of_image: 2.0, of_pixel: 5e-5 };
 /// The share of the error allowed that the mean over a pixel may have: one with more has lines of its own.
 const OF_PIXEL: f64 = 0.4;
 /// The pixels along each side of a block that has one line, and the largest share of pixels that may have lines of
@@ -64,6 +66,10 @@ pub(super) struct PixelLines<'a> {
     tolerance: f64,
     steps: Steps,
     limbs: Limbs<'a>,
+    /// Whether lines through all pixels are expected to take less time than products.
+    pub(super) precede_products: bool,
+    /// The time that lines may take \[s\].
+    most_seconds: f64,
 }
 
 /// The image of blocks.
@@ -97,16 +103,18 @@ impl OfBlocks {
 }
 
 impl<'a> PixelLines<'a> {
-    /// Lines that are expected to take less time than anything else; `None` if evaluations are to be few, or are not
-    /// cheap enough, and for views and options that such lines do not serve.
+    /// Lines that are expected to take less time than surfaces and image trees; `None` if evaluations are to be few, or
+    /// are not cheap enough, and for cubes, views and options that such lines do not serve.
     pub(super) async fn expected(
         meter: &'a Meter,
         tiles: &'a [Tile<'a>],
+        axis: Option<&EnergyAxis>,
         vol: &VolOptions,
     ) -> Result<Option<Self>, MethodError> {
         let [tile] = tiles else { return Ok(None) };
         let geometry = tile.projection.view_geometry();
         let may_be = vol.minimize == Minimize::Time
+            && axis.is_none()
             && vol.is_uniform()
             && vol.sums.is_empty()
             && vol.lines.is_none()
@@ -125,16 +133,22 @@ impl<'a> PixelLines<'a> {
         }
         let Some(limbs) = Limbs::of(tiles) else { return Ok(None) };
         let pixels = (tile.shape[0] * tile.shape[1]) as f64;
-        let usual = if limbs.is_some() { WITH_LIMBS } else { USUAL };
         let most = SHARE_OF_TIME * meter.seconds_left();
-        let most_seconds = [usual, WITH_JUMPS]
+        let [of_products, of_others] = [OF_PRODUCTS, OF_OTHERS]
             .map(|Seconds { of_image, of_pixel }| (of_image + of_pixel * pixels).min(most));
         // As loose as those of other images are.
         let tolerance = vol.tolerance.min(TUNING.engine.loosest_tolerance);
         let reserve = meter.unkept_evaluations_left() / RESERVED;
         let medium = Medium { meter, tile, reserve };
-        let steps = Steps::find(medium, tolerance, most_seconds).await?;
-        Ok(steps.map(|steps| Self { medium, tolerance, steps, limbs }))
+        let steps = Steps::find(medium, tolerance, [of_products, of_others]).await?;
+        Ok(steps.map(|steps| {
+            // Where limbs cross pixels, lines of all pixels hardly ever suffice.
+            let precede_products = !limbs.cross_pixels()
+                && steps.seconds * pixels * steps.number as f64 <= of_products;
+            let is_usual = precede_products && !steps.has_jumps;
+            let most_seconds = if is_usual { of_products } else { of_others };
+            Self { medium, tolerance, steps, limbs, precede_products, most_seconds }
+        }))
     }
 
     /// The time that so many lines are expected to take, in `finer` times as many steps as usual.
@@ -177,7 +191,7 @@ impl<'a> PixelLines<'a> {
         let tile = self.medium.tile;
         let blocks @ [rows, columns] = tile.shape.map(|pixels| pixels / block);
         let count = rows * columns;
-        if self.seconds_of(count, 1) > self.steps.most_seconds {
+        if self.seconds_of(count, 1) > self.most_seconds {
             return Ok(None);
         }
         let place = |line: usize| place_in_cell(blocks, line, [0.5, 0.5]);

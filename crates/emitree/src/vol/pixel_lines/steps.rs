@@ -143,17 +143,15 @@ pub(super) struct Steps {
     pub(super) largest: f64,
     /// The time of an evaluation, all threads together \[s\].
     pub(super) seconds: f64,
-    /// The time that lines may take \[s\].
-    pub(super) most_seconds: f64,
 }
 
 impl Steps {
     /// The fewest steps for a tolerance; `None` if there are none, if all scattered lines are dark, or if
-    /// evaluations take so long that even few lines took longer than is allowed, usually and where g jumps \[s\].
+    /// evaluations take so long that the scattered lines took longer than products, or few lines longer than other images \[s\].
     pub(super) async fn find(
         medium: Medium<'_>,
         tolerance: f64,
-        [usual_seconds, seconds_with_jumps]: [f64; 2],
+        [of_products, of_others]: [f64; 2],
     ) -> Result<Option<Self>, MethodError> {
         let pixels = medium.tile.shape[0] * medium.tile.shape[1];
         let [fewest, most] = CHECKS;
@@ -171,7 +169,7 @@ impl Steps {
         };
         let each = seconds_of_first_lines(medium, &place).await?;
         // The scattered lines are most of it. Small batches are slower than large ones, which is on the safe side.
-        if each * (count * OF_A_CHECK + lines * usual_steps) as f64 > usual_seconds {
+        if each * (count * OF_A_CHECK + lines * usual_steps) as f64 > of_products {
             return Ok(None);
         }
         let mut seconds = f64::INFINITY;
@@ -212,8 +210,7 @@ impl Steps {
         // is allowed.
         let between_steps = (jumps.largest / (OF_MISSED * allowed)).min(MOST_STEPS as f64);
         let enough = crate::cell::whole(between_steps).div_ceil(3) * 3;
-        let most_seconds = if has_jumps { seconds_with_jumps } else { usual_seconds };
-        if seconds * (lines * number.max(enough)) as f64 > most_seconds {
+        if seconds * (lines * number.max(enough)) as f64 > of_others {
             return Ok(None);
         }
         let radiances = radiances_in(&found, number);
@@ -233,7 +230,6 @@ impl Steps {
             checks: exact.iter().enumerate().map(check).collect(),
             largest,
             seconds,
-            most_seconds,
         }))
     }
 

@@ -135,13 +135,11 @@ mod tests {
         request(&meter, 102);
         let found: Vec<[f64; 3]> = few_of_all(&meter).iter().map(|of| of.position).collect();
         assert_eq!(found, [[100.0, 0.0, 0.0], [101.0, 0.0, 0.0]]);
-        let before = meter.evaluations();
+        let before = meter.keeps_none();
         request(&meter, 104);
-        meter.keeps_none_since(before);
-        assert!(few_of_all(&meter).is_empty());
-        request(&meter, 101);
-        assert_eq!(few_of_all(&meter).len(), 1);
-        request(&meter, 65_436);
+        meter.keeps_again(before);
+        assert_eq!(few_of_all(&meter).len(), 2);
+        request(&meter, 65_536 - 202 + 1);
         assert!(few_of_all(&meter).is_empty());
         request(&meter, 101);
         assert!(few_of_all(&meter).is_empty());

@@ -2,16 +2,18 @@
 //! Scenes.
 //!
 //! `cargo run --release -p emitree-io --example lines_of_sight -- table TOLERANCE FOLDER SCENE.toml …` renders each
-//! scene with 256 × 256 pixels by `vol`, with fewest evaluations and in the shortest time, and by `los` with 1 to 16
+//! scene with 256 × 256 pixels by `vol`, with fewest evaluations and in the shortest time, and by `los` with 1 to 64
 //! lines of each pixel and 4 to 128 steps of each line: the fastest combination whose error is within the tolerance, in
-//! hindsight. The reference has 64 lines of each pixel, integrated adaptively, and its own error is about its difference
-//! from 16 lines. References take minutes, but no time of theirs is measured: `… -- references TOLERANCE FOLDER
-//! SCENE.toml …` makes them alone, and FOLDER keeps them.
+//! hindsight. References (`reference.rs`) take minutes, but no time of theirs is measured: `… -- references TOLERANCE
+//! FOLDER SCENE.toml …` makes them alone, and FOLDER keeps them.
 #![expect(clippy::print_stdout, reason = "this program prints a table")]
+
+mod reference;
 
 use emitree::los::{LosOptions, Steps};
 use emitree::{Cube, Image, Method, Rendering};
 use emitree_io::{Override, Scene};
+use reference::Exact;
 use std::error::Error;
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -21,15 +23,13 @@ use std::time::Instant;
 /// The pixels along each side.
 const PIXELS: usize = 256;
 /// The lines along each side of a pixel, and the steps of a line.
-const LINES: [usize; 3] = [1, 2, 4];
+const LINES: [usize; 4] = [1, 2, 4, 8];
 const STEPS: [usize; 11] = [4, 6, 8, 11, 16, 23, 32, 45, 64, 91, 128];
-/// The lines along each side of a pixel of the reference, and of the image from which its error follows; the error of a
-/// line as a share of the tolerance.
-const REFERENCE: [usize; 2] = [8, 4];
-const ERROR_OF_LINE: f64 = 0.1;
 /// The fastest of so many runs counts; a run that takes longer \[s\] is made once.
 const RUNS: usize = 3;
 const LONG: f64 = 2.0;
+/// Lines of sight that take so many times as long as `vol` are not continued with more steps.
+const MOST_TIMES: f64 = 2.0;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -49,8 +49,8 @@ fn references(tolerance: f64, folder: &Path, paths: &[String]) -> Result<(), Box
     for path in paths {
         let start = Instant::now();
         let scene = open(path, tolerance, "evaluations")?;
-        let made = reference(&scene, path, tolerance, folder)?;
-        println!("{path}: error {:.0e}, {:.0} s", made.error, start.elapsed().as_secs_f64());
+        let error = reference(&scene, path, tolerance, folder)?.error();
+        println!("{path}: error {error:.0e}, {:.0} s", start.elapsed().as_secs_f64());
     }
     Ok(())
 }
@@ -85,14 +85,36 @@ fn open(path: &str, tolerance: f64, minimize: &str) -> Result<Scene, Box<dyn Err
     Ok(Scene::open(Path::new(path), &overrides)?)
 }
 
-/// Pixels that are compared with those of an image, and how far those of fewer lines are from them.
+/// Pixels that those of an image are compared with, and their errors.
 struct Reference {
     pixels: Vec<f64>,
-    error: f64,
+    errors: Vec<f64>,
+}
+
+impl Reference {
+    /// The largest |pixel|.
+    fn largest(&self) -> f64 {
+        self.pixels.iter().map(|pixel| pixel.abs()).fold(0.0, f64::max)
+    }
+
+    /// The largest error, as a share of the largest pixel.
+    fn error(&self) -> f64 {
+        self.errors.iter().copied().fold(0.0, f64::max) / self.largest()
+    }
+
+    /// The largest difference of an image from these pixels, as a share of the largest of them. Pixels in which no
+    /// line of sight was met are NaN.
+    fn difference(&self, image: &Rendering<Cube>) -> f64 {
+        let image = image.values.bands().iter().flat_map(Image::pixels);
+        let pairs = image.zip(&self.pixels).filter(|(_, exact)| !exact.is_nan());
+        let difference =
+            |(a, b): (&f64, &f64)| if a.is_nan() { f64::INFINITY } else { (a - b).abs() };
+        pairs.map(difference).fold(0.0, f64::max) / self.largest()
+    }
 }
 
 /// The reference of a scene, from the folder if it is there. The folder is to be emptied after a change of a model or of
-/// lines of sight, which the names of its files do not show.
+/// the reference, which the names of its files do not show.
 fn reference(
     scene: &Scene,
     path: &str,
@@ -100,35 +122,28 @@ fn reference(
     folder: &Path,
 ) -> Result<Reference, Box<dyn Error>> {
     let mut hasher = DefaultHasher::new();
-    (fs::read_to_string(path)?, REFERENCE, PIXELS, (ERROR_OF_LINE * tolerance).to_bits())
-        .hash(&mut hasher);
+    (fs::read_to_string(path)?, PIXELS, tolerance.to_bits()).hash(&mut hasher);
     let kept = folder.join(format!("{}-{:016x}.f64", stem(path), hasher.finish()));
-    let mut numbers: Vec<f64> = match fs::read(&kept) {
-        Ok(bytes) => bytes.as_chunks().0.iter().map(|of| f64::from_le_bytes(*of)).collect(),
-        Err(_) => {
-            let adaptive = Steps::Adaptive(ERROR_OF_LINE * tolerance);
-            let [fine, coarse] = REFERENCE.map(|lines| marched(scene, lines, adaptive));
-            let pixels = pixels(&fine?);
-            let error = difference(&coarse?, &pixels);
-            let numbers = [pixels, vec![error]].concat();
-            // A run that is interrupted leaves no incomplete file of this name.
-            let part = kept.with_extension("part");
-            fs::create_dir_all(folder)?;
-            fs::write(&part, numbers.iter().flat_map(|of| of.to_le_bytes()).collect::<Vec<u8>>())?;
-            fs::rename(&part, &kept)?;
-            numbers
-        }
-    };
-    let error = numbers.pop().ok_or("an empty reference")?;
-    Ok(Reference { pixels: numbers, error })
+    if let Ok(bytes) = fs::read(&kept) {
+        let (numbers, _) = bytes.as_chunks();
+        let numbers: Vec<f64> = numbers.iter().map(|of| f64::from_le_bytes(*of)).collect();
+        let (pixels, errors) = numbers.split_at(PIXELS * PIXELS);
+        return Ok(Reference { pixels: pixels.to_vec(), errors: errors.to_vec() });
+    }
+    let emission = &scene.emission;
+    let camera = scene.camera.projection();
+    let [pixels, errors] = Exact { emission, camera, shape: [PIXELS; 2], tolerance }.pixels()?;
+    // A run that is interrupted leaves no incomplete file of this name.
+    let part = kept.with_extension("part");
+    fs::create_dir_all(folder)?;
+    let numbers = pixels.iter().chain(&errors).flat_map(|of| of.to_le_bytes());
+    fs::write(&part, numbers.collect::<Vec<u8>>())?;
+    fs::rename(&part, &kept)?;
+    Ok(Reference { pixels, errors })
 }
 
 fn stem(path: &str) -> String {
     Path::new(path).file_stem().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-fn pixels(image: &Rendering<Cube>) -> Vec<f64> {
-    image.values.bands().iter().flat_map(Image::pixels).copied().collect()
 }
 
 fn row(path: &str, tolerance: f64, folder: &Path) -> Result<String, Box<dyn Error>> {
@@ -144,10 +159,10 @@ fn row(path: &str, tolerance: f64, folder: &Path) -> Result<String, Box<dyn Erro
             let start = Instant::now();
             let found = marched(&scene, lines, Steps::Fixed(steps))?;
             let seconds = start.elapsed().as_secs_f64();
-            if best.is_some_and(|(fastest, ..)| seconds > 2.0 * fastest) {
+            if best.map_or(MOST_TIMES * in_time_s, |(fastest, ..)| 2.0 * fastest) < seconds {
                 break;
             }
-            let error = difference(&found, &reference.pixels);
+            let error = reference.difference(&found);
             if error <= tolerance {
                 let (seconds, _) = fastest(|| marched(&scene, lines, Steps::Fixed(steps)))?;
                 if best.is_none_or(|(fastest, ..)| seconds < fastest) {
@@ -168,10 +183,10 @@ fn row(path: &str, tolerance: f64, folder: &Path) -> Result<String, Box<dyn Erro
         "{},{},{:.1e},{vol_s:.3},{},{:.1e},{in_time_s:.3},{steps},{of_los},{:.0e}",
         stem(path),
         vol.stats.evaluations,
-        difference(&vol, &reference.pixels),
+        reference.difference(&vol),
         in_time.stats.evaluations,
-        difference(&in_time, &reference.pixels),
-        reference.error
+        reference.difference(&in_time),
+        reference.error()
     ))
 }
 
@@ -202,12 +217,4 @@ fn fastest<T>(work: impl Fn() -> Result<T, Box<dyn Error>>) -> Result<(f64, T), 
         (seconds, made) = (seconds.min(of_run.0), of_run.1);
     }
     Ok((seconds, made))
-}
-
-/// The largest difference of an image from the exact pixels, as a share of the largest of them. Pixels without a line
-/// of sight are NaN in both.
-fn difference(image: &Rendering<Cube>, exact: &[f64]) -> f64 {
-    let pairs = pixels(image).into_iter().zip(exact);
-    let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    worst / exact.iter().map(|pixel| pixel.abs()).fold(0.0, f64::max)
 }
