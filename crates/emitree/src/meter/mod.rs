@@ -317,7 +317,8 @@ impl Meter {
         self.evaluations().saturating_sub(self.unkept_evaluations.load(Ordering::Relaxed))
     }
 
-    /// All rates of this rendering in the order of the requests, whoever knew them before; none once there are too many.
+    /// All rates of this rendering in the order of the requests, also those that a session knew before; none once there
+    /// are too many.
     pub(crate) fn first_requested(&self) -> Vec<RateAt> {
         locked(&self.first_requested).clone().unwrap_or_default()
     }

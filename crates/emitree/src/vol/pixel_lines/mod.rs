@@ -33,8 +33,8 @@ use lattice_image::{LatticeImage, largest_around};
 use limbs::Limbs;
 use steps::{CheckLine, Steps};
 
-/// What products of few functions take at the least where they serve the view, without the time of g: a tenth of a second, and
-/// 3 microseconds for each pixel.
+/// What products take where they serve the view, without the time of g: a tenth of a second, and 3 microseconds for
+/// each pixel.
 const OF_PRODUCTS: Seconds = Seconds { of_image: 0.1, of_pixel: 3e-6 };
 /// What surfaces and image trees take, which follow where products do not serve the view.
 const OF_OTHERS: Seconds = Seconds { of_image: 2.0, of_pixel: 5e-5 };

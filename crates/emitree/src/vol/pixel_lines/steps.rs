@@ -147,7 +147,8 @@ pub(super) struct Steps {
 
 impl Steps {
     /// The fewest steps for a tolerance; `None` if there are none, if all scattered lines are dark, or if
-    /// evaluations take so long that the scattered lines took longer than products, or few lines longer than other images \[s\].
+    /// evaluations take so long that the scattered lines took longer than products, or few lines longer than surfaces
+    /// and image trees \[s\].
     pub(super) async fn find(
         medium: Medium<'_>,
         tolerance: f64,

@@ -43,7 +43,8 @@ pub(super) fn in_chart(part: &Part<'_>, parts: &Parts<'_>, samples: &[PartSample
     all.collect()
 }
 
-/// The samples of a view, and all other points of it at which g is known not to be that of most, in the chart of one part.
+/// The samples of a view, and all other points of it at which g is known not to be that of most, in the chart of one
+/// part.
 pub(super) fn known_in_chart(part: &Part<'_>, parts: &Parts<'_>, known: &KnownParts) -> Vec<Known> {
     let chart = &*part.chart;
     let of_hit = |hit: &RateAt| {
