@@ -8,8 +8,6 @@ use crate::vol::surfaces::polynomial::{DEGREE, Polynomial, TERMS};
 use crate::vol::surfaces::search::Search;
 use crate::vol::tuning::TUNING;
 
-/// The fewest candidates in a region for a polynomial of samples in its box alone.
-const FEW: usize = 8;
 /// The places of a box at which the error of its polynomial counts, those among which they are chosen, and
 /// the points tried for these.
 const PLACES: usize = 24;
@@ -96,7 +94,9 @@ impl Search<'_> {
             return (of, Outline::Empty);
         }
         let candidates = candidates(&of, &|at| self.is_well_inside(tree, label, at));
-        if candidates.len() >= FEW {
+        // With fewer of them known samples would take their place, close to each other and unchecked, and their
+        // polynomial would be extrapolated to the rest of the box.
+        if candidates.len() >= self.wanted_samples(&of) + TUNING.surfaces.piece_checks {
             let mut plan = self.plan(&of, &candidates);
             let known = plan.known.iter().map(|&i| self.samples.get(i).at);
             let samples: Vec<[f64; 3]> = known.chain(plan.new.iter().copied()).collect();
@@ -276,24 +276,4 @@ impl Search<'_> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A sliver of a region, one in a hundred of its places, is far from the samples of the rest of it.
-    #[test]
-    fn the_places_that_count_are_those_far_from_samples() {
-        let edges = [1.0, 0.5, 2.0];
-        let at = |u: [f64; 3]| along_each([0.0; 3], u, edges);
-        let samples: Vec<[f64; 3]> =
-            (0..60).map(lattice::point).map(|[x, y, z]| at([0.5 * x, y, z])).collect();
-        let sliver = |k: usize| k % 100 == 99;
-        let places = (0..400).map(|k| {
-            let [x, y, z] = lattice::point(1000 + k);
-            at(if sliver(k) { [0.95 + 0.05 * x, 0.1 * y, z] } else { [0.5 * x, y, z] })
-        });
-        let found = furthest(places.collect(), &samples, edges);
-        assert_eq!(found.len(), PLACES);
-        assert!(found[..4].iter().all(|[x, _, _]| *x > 0.9), "{found:?}");
-        assert!(found[4..].iter().all(|[x, _, _]| *x <= 0.5), "{found:?}");
-    }
-}
+mod tests;
