@@ -340,7 +340,7 @@ async fn finish(
         }
         if meter.start().is_none() && meter.rows_wanted().is_none() {
             // Points that no search has kept.
-            known.hits = surfaces::few_of_all(meter);
+            [known.hits, known.beside] = surfaces::few_of_all(meter);
         }
         if !known.hits.is_empty()
             && surfaces::look_beside_few(meter, tiles, parts, vol, known).await?

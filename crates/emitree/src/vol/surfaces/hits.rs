@@ -2,6 +2,8 @@
 //! meet a shape, the first samples of a search for surfaces would miss it.
 
 use crate::meter::Meter;
+use crate::parallel::prelude::*;
+use crate::projection::vector::{difference, norm};
 use crate::rendering::RateAt;
 use crate::vol::sampling::unlike_most;
 use crate::vol::view::part::{Part, Parts};
@@ -18,6 +20,8 @@ pub(super) struct Known {
     rate: f64,
     /// G there.
     pub(super) of_path: f64,
+    /// Whether g is known there not to be that of most points.
+    is_hit: bool,
 }
 
 /// The samples of the parts of a view in the chart of one part, those that are in view there. A sample in the gap of a body
@@ -37,7 +41,7 @@ pub(super) fn in_chart(part: &Part<'_>, parts: &Parts<'_>, samples: &[PartSample
                 [of_own, chart.world_from_chart(at)].map(|point| point.path_per_depth);
             let rate = rate / of_own;
             let of_path = rate * path;
-            (of_own > 0.0).then_some(Known { at, rate, of_path })
+            (of_own > 0.0).then_some(Known { at, rate, of_path, is_hit: false })
         })
     });
     all.collect()
@@ -47,40 +51,68 @@ pub(super) fn in_chart(part: &Part<'_>, parts: &Parts<'_>, samples: &[PartSample
 /// part.
 pub(super) fn known_in_chart(part: &Part<'_>, parts: &Parts<'_>, known: &KnownParts) -> Vec<Known> {
     let chart = &*part.chart;
-    let of_hit = |hit: &RateAt| {
+    let known_at = |hit: &RateAt, is_hit: bool| {
         let at = chart.chart_from_world(hit.position)?;
         let path = chart.world_from_chart(at).path_per_depth;
         let is_in_view = at.iter().all(|along| (0.0..=1.0).contains(along)) && path > 0.0;
-        is_in_view.then_some(Known { at, rate: hit.rate, of_path: hit.rate * path })
+        let (rate, of_path) = (hit.rate, hit.rate * path);
+        is_in_view.then_some(Known { at, rate, of_path, is_hit })
     };
     let mut all = in_chart(part, parts, &known.samples);
     let bits = |of: &Known| of.at.map(f64::to_bits);
     let is_new = |of: &Known, all: &[Known]| !all.iter().any(|other| bits(other) == bits(of));
-    for hit in known.hits.iter().filter_map(of_hit) {
-        if is_new(&hit, &all) {
-            all.push(hit);
+    for (points, is_hit) in [(&known.hits, true), (&known.beside, false)] {
+        for of in points.iter().filter_map(|point| known_at(point, is_hit)) {
+            if is_new(&of, &all) {
+                all.push(of);
+            }
         }
     }
     all
 }
 
-/// Of all points at which g has been requested, those at which it is not that of most, if they are few.
-pub(crate) fn few_of_all(meter: &Meter) -> Vec<RateAt> {
+/// Of all points at which g has been requested, those at which it is not that of most, if they are few, and the nearest
+/// one of the others to each of them.
+pub(crate) fn few_of_all(meter: &Meter) -> [Vec<RateAt>; 2] {
     let all = meter.first_requested();
-    let rates: Vec<f64> = all.iter().map(|of| of.rate).collect();
-    few_of(&rates).into_iter().map(|number| all[number]).collect()
+    let unlike = unlike_most(&all.iter().map(|of| of.rate).collect::<Vec<_>>());
+    if unlike.len() > most_of(all.len()) {
+        return [const { Vec::new() }; 2];
+    }
+    let is_other = |number: &usize| unlike.binary_search(number).is_err();
+    let others: Vec<&RateAt> = (0..all.len()).filter(is_other).map(|number| &all[number]).collect();
+    let hits: Vec<RateAt> = unlike.into_iter().map(|number| all[number]).collect();
+    let beside = |hit: &RateAt| {
+        let distance = |of: &usize| norm(difference(others[*of].position, hit.position));
+        (0..others.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    };
+    let mut numbers: Vec<usize> = hits.par_iter().filter_map(beside).collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    let beside = numbers.into_iter().map(|number| *others[number]).collect();
+    [hits, beside]
 }
 
-/// The numbers of those at which g is not that of most samples, in ascending order; none if no value is shared by most
-/// samples, or if more than [`MOST`] differ from it.
+/// The numbers of those at which g is not that of most samples, in ascending order, with those of all hits; none if no
+/// value is shared by most samples, or if more than [`MOST`] differ from it. Hits do not count for this: of the points
+/// of all searches they are few, but there may be more of them than of these samples.
 pub(super) fn few(samples: &[Known]) -> Vec<usize> {
-    few_of(&samples.iter().map(|of| of.rate).collect::<Vec<_>>())
+    let (hits, others): (Vec<usize>, Vec<usize>) =
+        (0..samples.len()).partition(|&number| samples[number].is_hit);
+    let rates: Vec<f64> = others.iter().map(|&number| samples[number].rate).collect();
+    let unlike = unlike_most(&rates);
+    if unlike.len() > most_of(rates.len()) {
+        return Vec::new();
+    }
+    let mut few: Vec<usize> = unlike.into_iter().map(|number| others[number]).collect();
+    few.extend(hits);
+    few.sort_unstable();
+    few
 }
 
-/// The numbers of such rates.
-fn few_of(rates: &[f64]) -> Vec<usize> {
-    let others = unlike_most(rates);
-    if others.len() > MOST.min(rates.len() / 2) { Vec::new() } else { others }
+/// The most of so many samples that are few.
+fn most_of(samples: usize) -> usize {
+    MOST.min(samples / 2)
 }
 
 /// The points of those samples with G there.
@@ -113,6 +145,7 @@ mod tests {
             at: [number as f64, 0.0, 0.0],
             rate: rate(number),
             of_path: 2.0 * rate(number),
+            is_hit: false,
         };
         (0..400).map(of).collect()
     }
@@ -129,20 +162,32 @@ mod tests {
     }
 
     #[test]
+    fn hits_may_be_more_than_samples() {
+        let hit = Known { at: [0.5; 3], rate: 2.0, of_path: 1.0, is_hit: true };
+        let mut known = samples(|number| if number == 3 { 2.0 } else { 1.0 })[..20].to_vec();
+        known.extend([hit; 200]);
+        assert_eq!(few(&known), [&[3][..], &(20..220).collect::<Vec<_>>()].concat());
+        known[..20].iter_mut().enumerate().for_each(|(number, of)| of.rate = number as f64);
+        assert!(few(&known).is_empty());
+    }
+
+    #[test]
     fn few_of_all_are_those_requested_so_far() {
         let meter = meter(u64::MAX);
         request(&meter, 100);
-        assert!(few_of_all(&meter).is_empty());
+        let places = || {
+            few_of_all(&meter).map(|of| of.iter().map(|at| at.position[0]).collect::<Vec<f64>>())
+        };
+        assert_eq!(places(), [vec![], vec![]]);
         request(&meter, 102);
-        let found: Vec<[f64; 3]> = few_of_all(&meter).iter().map(|of| of.position).collect();
-        assert_eq!(found, [[100.0, 0.0, 0.0], [101.0, 0.0, 0.0]]);
+        assert_eq!(places(), [vec![100.0, 101.0], vec![99.0]]);
         let before = meter.keeps_none();
         request(&meter, 104);
         meter.keeps_again(before);
-        assert_eq!(few_of_all(&meter).len(), 2);
+        assert_eq!(places()[0].len(), 2);
         request(&meter, 65_536 - 202 + 1);
-        assert!(few_of_all(&meter).is_empty());
+        assert_eq!(places(), [vec![], vec![]]);
         request(&meter, 101);
-        assert!(few_of_all(&meter).is_empty());
+        assert_eq!(places(), [vec![], vec![]]);
     }
 }

@@ -159,6 +159,8 @@ pub(crate) struct KnownParts {
     pub(crate) samples: Vec<PartSamples>,
     /// Of all points at which g is known, those few at which it is not that of most.
     pub(crate) hits: Vec<RateAt>,
+    /// Of the others the nearest one to each of these.
+    pub(crate) beside: Vec<RateAt>,
     /// The image of each part by products, if there is one.
     pub(crate) products: Vec<Option<ProductImage>>,
     /// The largest |pixel| of one of them.
@@ -173,6 +175,7 @@ impl KnownParts {
         Self {
             samples: (0..parts).map(|_| PartSamples::default()).collect(),
             hits: Vec::new(),
+            beside: Vec::new(),
             products: vec![None; parts],
             largest: 0.0,
             smallest: None,
