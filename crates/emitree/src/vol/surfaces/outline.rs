@@ -94,8 +94,8 @@ impl Search<'_> {
             return (of, Outline::Empty);
         }
         let candidates = candidates(&of, &|at| self.is_well_inside(tree, label, at));
-        // With fewer of them known samples would take their place, close to each other and unchecked, and their
-        // polynomial would be extrapolated to the rest of the box.
+        // With fewer of them none would be left for checks, and a polynomial of few samples would be extrapolated to
+        // the rest of the box.
         if candidates.len() >= self.wanted_samples(&of) + TUNING.surfaces.piece_checks {
             let mut plan = self.plan(&of, &candidates);
             let known = plan.known.iter().map(|&i| self.samples.get(i).at);
