@@ -2,7 +2,7 @@
 
 use crate::projection::vector::{along, difference, norm};
 use crate::vol::lattice;
-use crate::vol::surfaces::octree::{Facet, region};
+use crate::vol::surfaces::octree::{Facet, is_smooth, region};
 use crate::vol::surfaces::patch::{FitPoint, Patch};
 use crate::vol::surfaces::points::PointIndex;
 use crate::vol::surfaces::search::{OpenCell, Search};
@@ -94,7 +94,7 @@ impl Search<'_> {
         if !(is_inside && points.iter().all(is_seen)) {
             return None;
         }
-        if facets.len() > 1 || facet.wall.patches().len() > 1 {
+        if !is_smooth(facets) {
             let regions = beside(2.0 * facet.allowed).map(|at| region(facets, at).0);
             if regions != [facet.below, facet.above] {
                 return None;

@@ -5,8 +5,9 @@
 //! of its folds.
 
 use crate::parallel::prelude::*;
+use crate::projection::vector::along;
 use crate::vol::surfaces::aim::Aim;
-use crate::vol::surfaces::octree::{Cell, Label, Leaf, Octree};
+use crate::vol::surfaces::octree::{Cell, Facet, Label, Leaf, Octree, is_smooth};
 use crate::vol::surfaces::search::{Failure, Search};
 use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashSet;
@@ -88,10 +89,9 @@ impl Search<'_> {
 fn disagreements(tree: &Octree, aim: &Aim<'_>, leaf: usize) -> Vec<Disagreement> {
     let (cell, own) = &tree.leaves[leaf];
     let Leaf::Cut(facets) = own else { return Vec::new() };
-    let has_edge = facets.len() > 1 || facets.iter().any(|of| of.wall.patches().len() > 1);
-    let count = match has_edge {
-        true => TUNING.surfaces.face_points_beside_edges,
-        false => TUNING.surfaces.face_points,
+    let count = match is_smooth(facets) {
+        true => TUNING.surfaces.face_points,
+        false => TUNING.surfaces.face_points_beside_edges,
     };
     let mut found = Vec::new();
     for turn in 0..6 {
@@ -107,22 +107,61 @@ fn disagreements(tree: &Octree, aim: &Aim<'_>, leaf: usize) -> Vec<Disagreement>
                 continue;
             }
             let other = tree.find(at);
-            let leaves = [own, &tree.leaves[other].1];
-            let labels = leaves.map(|of| of.region(at));
-            if labels[0] == labels[1] || matches!(leaves[1], Leaf::Hidden) {
-                continue;
-            }
-            let clearance = match leaves[1] {
-                // What remains unresolved there is known, unless it is a larger jump.
-                Leaf::Unresolved(_, jump) if own.least_jump(labels[0]) <= LARGER * jump => continue,
-                Leaf::Unresolved(..) => [own.clearance(at); 2],
-                _ => [0, 1].map(|k| leaves[k].distance_to(labels[1 - k], at)),
-            };
-            if clearance.iter().all(|of| *of > TUNING.surfaces.face_distance) {
-                let clearance = clearance[0].min(clearance[1]);
-                found.push(Disagreement { leaves: [leaf, other], at, labels, clearance });
+            let (leaves, numbers) = ([own, &tree.leaves[other].1], [leaf, other]);
+            let spacing = tree.grid.cell_size(cell.0) / count as f64;
+            for at in core::iter::once(at).chain(middles(leaves, at, spacing)) {
+                if tree.grid.contains(at) && !aim.hides(&tree.grid, at) {
+                    found.extend(disagreement(leaves, numbers, at));
+                }
             }
         }
     }
     found
 }
+
+/// What two leaves say of a point, if they disagree about it further than allowed.
+fn disagreement(leaves: [&Leaf; 2], numbers: [usize; 2], at: [f64; 3]) -> Option<Disagreement> {
+    let labels = leaves.map(|of| of.region(at));
+    if labels[0] == labels[1] || matches!(leaves[1], Leaf::Hidden) {
+        return None;
+    }
+    let clearance = match leaves[1] {
+        // What remains unresolved there is known, unless it is a larger jump.
+        Leaf::Unresolved(_, jump) if leaves[0].least_jump(labels[0]) <= LARGER * jump => {
+            return None;
+        }
+        Leaf::Unresolved(..) => leaves[0].clearance(at),
+        _ => {
+            let [a, b] = [0, 1].map(|k| leaves[k].distance_to(labels[1 - k], at));
+            a.min(b)
+        }
+    };
+    let are_smooth = leaves.iter().all(|of| matches!(of, Leaf::Cut(facets) if is_smooth(facets)));
+    let most = match are_smooth {
+        true => TUNING.surfaces.smooth_face_distance,
+        false => TUNING.surfaces.face_distance,
+    };
+    (clearance > most).then_some(Disagreement { leaves: numbers, at, labels, clearance })
+}
+
+/// The points in the middle between two surfaces, one of each leaf and both between the same regions, that are near a
+/// point of the face: points of the face are further apart than two surfaces that disagree.
+fn middles(leaves: [&Leaf; 2], at: [f64; 3], spacing: f64) -> Vec<[f64; 3]> {
+    let [Leaf::Cut(own), Leaf::Cut(others)] = leaves else { return Vec::new() };
+    let pairs = own.iter().flat_map(|a| others.iter().map(move |b| (a, b)));
+    let middle = |(a, b): (&Facet, &Facet)| {
+        let sign = match [b.below, b.above] {
+            sides if sides == [a.below, a.above] => 1.0,
+            sides if sides == [a.above, a.below] => -1.0,
+            _ => return None,
+        };
+        let heights = [a.wall.above(at), sign * b.wall.above(at)];
+        let is_near = heights.iter().all(|height| height.abs() < spacing);
+        let upward = a.wall.patch_at(at).axis();
+        is_near.then(|| along(at, -0.5 * (heights[0] + heights[1]), upward))
+    };
+    pairs.filter_map(middle).collect()
+}
+
+#[cfg(test)]
+mod tests;

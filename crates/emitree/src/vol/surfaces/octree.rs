@@ -91,6 +91,11 @@ impl Leaf {
     }
 }
 
+/// Whether the surface in a cell is one smooth patch.
+pub(super) fn is_smooth(facets: &[Facet]) -> bool {
+    matches!(facets, [only] if only.wall.patches().len() == 1)
+}
+
 /// How far a point is from a region on whose other side of a wall it is, in units of the displacements
 /// allowed; infinite if no wall bounds the region.
 fn distance_to(facets: &[Facet], label: Label, at: [f64; 3]) -> f64 {

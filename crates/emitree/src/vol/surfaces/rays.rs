@@ -2,7 +2,7 @@
 
 use crate::vol::surfaces::beam::{Beam, Content};
 use crate::vol::surfaces::crossings::find_crossings;
-use crate::vol::surfaces::octree::{Facet, Label, Octree, region};
+use crate::vol::surfaces::octree::{Facet, Label, Octree, is_smooth, region};
 use crate::vol::surfaces::patch::Patch;
 use crate::vol::tuning::TUNING;
 
@@ -17,7 +17,7 @@ pub(super) struct Segment {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Ray {
     pub(super) segments: Vec<Segment>,
-    /// For each crossing its depth, the error of the integral that is allowed, and the displacement along z.
+    /// For each crossing its depth, the error of the integral, and the displacement along z.
     pub(super) crossings: Vec<[f64; 3]>,
     /// The error due to cells that remain unresolved, and their numbers.
     pub(super) unresolved: f64,
@@ -109,13 +109,18 @@ impl Ray {
         // that is parallel to the lines may go on beyond the cell: the longest edge of a view is 1.
         let tangent = (2.0 * error * facet.wall.patch_at(at).curvature()).sqrt();
         let along = (error / slope.max(tangent).max(1e-9)).min(1.0);
-        self.crossings.push([at[2], facet.jump * along, along]);
+        // Patches are wrong by more between their points, and less where they agree with their neighbours.
+        let margin = match is_smooth(facets) {
+            true => TUNING.surfaces.smooth_margin,
+            false => TUNING.surfaces.crossing_margin,
+        };
+        self.crossings.push([at[2], margin * facet.jump * along, along]);
     }
 
     /// The error of the integral due to the surfaces, whose own errors are independent of each other.
     pub(super) fn error_of_surfaces(&self) -> f64 {
         let squares: f64 = self.crossings.iter().map(|[_, error, _]| error * error).sum();
-        self.unresolved + TUNING.surfaces.crossing_margin * squares.sqrt()
+        self.unresolved + squares.sqrt()
     }
 }
 

@@ -114,8 +114,10 @@ group! {
         check_least: f64 = 0.5, 0.3..=1.0;
         check_distance: f64 = 1.5, 1.0..=2.0;
         /// The distance at which regions on both sides of a face have to agree, in displacements
-        /// allowed.
+        /// allowed; and the same where a smooth patch is on each side. Patches that meet at edges seldom agree
+        /// that closely, and their cells are divided for nothing.
         face_distance: f64 = 3.0, 2.0..=4.0;
+        smooth_face_distance: f64 = 1.0, 0.5..=2.0;
         /// The points along each axis of a face at which they are compared; and the same where patches meet,
         /// since an edge passes through a part of a face between fewer.
         face_points: usize = 6, 4..=8;
@@ -146,9 +148,10 @@ group! {
         piece_levels: u8 = 24, 18..=30;
         /// The ratio of the error of a polynomial to its leave-one-out residuals.
         piece_margin: f64 = 1.5, 1.0..=2.0;
-        /// The ratio of the error of a line to the root of the sum of the squares of those that its
-        /// crossings are allowed: patches are wrong by more between their points.
+        /// The ratio of the error of a crossing to what the displacement allowed changes there, since patches are
+        /// wrong by more between their points; and the same for smooth patches.
         crossing_margin: f64 = 1.5, 1.2..=2.0;
+        smooth_margin: f64 = 1.2, 1.0..=1.5;
         /// The ratio of the displacement of a surface that counts as the error of a requested line to the error of its
         /// patch: a line meets it at one place, and not at the places of a pixel.
         line_margin: f64 = 2.0, 1.0..=4.0;
@@ -157,7 +160,7 @@ group! {
         /// by a factor; and the factor on what is allowed in them.
         improvements: usize = 5, 3..=8;
         improved_from: f64 = 0.85, 0.5..=0.9;
-        improved_first: f64 = 0.3, 0.2..=0.4;
+        improved_first: f64 = 0.45, 0.3..=0.6;
         improved_step: f64 = 0.65, 0.5..=0.8;
         improved_share: f64 = 0.4, 0.25..=0.6;
         /// The largest error that is accepted, as a share of T.

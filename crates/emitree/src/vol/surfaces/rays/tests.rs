@@ -33,11 +33,11 @@ fn the_error_of_a_crossing_is_its_displacement_times_the_jump() {
     let tree = tree();
     let ray = Ray::new(&tree, [0.7, 0.2], 1.0);
     let slope = 1.0 / 1.01_f64.sqrt();
-    let expected = 3.0 * 2e-3 / slope;
+    let expected = TUNING.surfaces.smooth_margin * 3.0 * 2e-3 / slope;
     let [[z, error, along]] = ray.crossings[..] else { panic!("{ray:?}") };
     assert!((z - 0.37).abs() < 1e-9 && (along - 2e-3 / slope).abs() < 1e-9);
     assert!((error - expected).abs() < 1e-9);
-    assert!((ray.error_of_surfaces() - TUNING.surfaces.crossing_margin * expected).abs() < 1e-9);
+    assert!((ray.error_of_surfaces() - expected).abs() < 1e-9);
 }
 
 #[test]
