@@ -27,7 +27,7 @@ fn check_view(view: &Jump, evaluations: u64) {
 
 #[test]
 fn a_pinhole() {
-    check("perspective", false, "bounds", 6090);
+    check("perspective", false, "bounds", 6264);
 }
 
 /// From inside it took 152,684 when surfaces were searched for on the image plane, whose poles are single lines.
@@ -38,29 +38,29 @@ fn rows_of_latitudes() {
 
 #[test]
 fn a_polar_view() {
-    check("polar", false, "bounds", 4825);
-    check("polar", true, "nothing", 4713);
+    check("polar", false, "bounds", 4885);
+    check("polar", true, "nothing", 4946);
 }
 
 /// 45,393 with spherical bounds (from further away) and 155,316 from inside by image trees.
 #[test]
 fn a_disc() {
-    check("fisheye", false, "bounds", 5223);
-    check("fisheye", true, "nothing", 4524);
+    check("fisheye", false, "bounds", 5335);
+    check("fisheye", true, "nothing", 4465);
 }
 
 /// 14,431 from inside by image trees.
 #[test]
 fn twelve_faces() {
-    check("healpix", false, "bounds", 4653);
-    check("healpix", true, "nothing", 9964);
+    check("healpix", false, "bounds", 4812);
+    check("healpix", true, "nothing", 10_056);
 }
 
 /// Shapes that one to three of 2,048 to 16,384 samples meet: 43,160 and 117,030 not converged, 60,075 and 101,090 by image
 /// trees, when these samples did not serve the search for surfaces.
 #[test]
 fn shapes_that_few_samples_meet() {
-    for (seed, evaluations) in [(10, 15_920), (41, 34_342), (60, 12_864), (66, 24_141)] {
+    for (seed, evaluations) in [(10, 15_938), (41, 34_509), (60, 12_884), (66, 24_141)] {
         check_view(&random_jump(seed), evaluations);
     }
 }
@@ -69,14 +69,14 @@ fn shapes_that_few_samples_meet() {
 /// when these did not serve the search for surfaces.
 #[test]
 fn a_shape_that_a_fiber_meets() {
-    check_view(&random_jump(107), 8033);
+    check_view(&random_jump(107), 8193);
 }
 
 /// A thin shell, met by few corners of the first lattice: 497,445 by image trees, which did not converge, when there was
 /// no finer one.
 #[test]
 fn a_thin_shell() {
-    check_view(&random_jump(64), 70_424);
+    check_view(&random_jump(64), 70_848);
 }
 
 /// A thin shell in a corner of a face, which few base lines meet: wrong by 4.2 % with an estimate of 0.8 %, and not seen in the

@@ -29,24 +29,24 @@ fn check(seeds: &[u64], evaluations: u64) {
 
 #[test]
 fn orthographic_views() {
-    check(&[0, 2, 6, 10], 32_998);
+    check(&[0, 2, 6, 10], 33_034);
 }
 
 #[test]
 fn perspective_views() {
-    check(&[1, 5, 7, 15], 50_114);
+    check(&[1, 5, 7, 15], 50_388);
 }
 
 /// A shape that one of 2,161 evaluations met, among the first samples of charts whose coordinates then changed: it was missing in
 /// the image (31 % of the largest pixel) when such points did not serve the search for surfaces.
 #[test]
 fn a_shape_that_a_single_point_meets() {
-    check(&[31], 7069);
+    check(&[31], 7074);
 }
 
 /// A thin shell that 234 of 8,172 points met: 6 % of the pixels were wrong when a jump was looked for between these points and
 /// the samples of the last charts alone, of which there were none.
 #[test]
 fn a_shape_that_more_points_meet_than_there_are_samples() {
-    check(&[39], 19_936);
+    check(&[39], 19_658);
 }

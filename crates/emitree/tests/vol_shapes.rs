@@ -48,17 +48,17 @@ fn check_named(name: &str, evaluations: &[u64]) {
 
 #[test]
 fn two_balls_of_different_brightness_overlap() {
-    check_named("two balls", &[14_707]);
+    check_named("two balls", &[13_390]);
 }
 
 #[test]
 fn a_tube_is_bent_to_a_tilted_ring() {
-    check_named("tube", &[21_182]);
+    check_named("tube", &[22_099]);
 }
 
 #[test]
 fn a_bar_has_sharp_edges() {
-    check_named("bar", &[10_574, 17_573]);
+    check_named("bar", &[10_578, 19_079]);
 }
 
 /// At 0.1 % a second patch of a smooth cell left the surface where the first one returned to it: 2.4·10⁻³, reported as
@@ -67,24 +67,24 @@ fn a_bar_has_sharp_edges() {
 fn the_edge_between_two_patches_of_a_smooth_surface() {
     let scene = random_shape(2);
     let exact = scene.reference_image(SHAPE);
-    check_at(&scene, &exact, 0.1 * TOLERANCE, 19_708);
+    check_at(&scene, &exact, 0.1 * TOLERANCE, 19_832);
 }
 
 /// One smooth patch was fitted to an edge, and was good enough on average: 6.5·10⁻³ instead of 4.9·10⁻³.
 #[test]
 fn the_edges_of_a_box() {
-    check(10, 6840);
+    check(10, 6985);
 }
 
 /// The same beside the end of a cylinder: 8.3·10⁻³ instead of 6.5·10⁻³.
 #[test]
 fn the_edge_of_a_cylinder() {
-    check(12, 13_607);
+    check(12, 13_982);
 }
 
 /// A patch without points in a part of its cell was wrong by sixty times its estimate there, and agreed with
 /// its neighbours: 9.9·10⁻³ instead of 5.8·10⁻³.
 #[test]
 fn a_part_of_a_cell_without_points() {
-    check(172, 9871);
+    check(172, 10_154);
 }
