@@ -93,6 +93,8 @@ fn disagreements(tree: &Octree, aim: &Aim<'_>, leaf: usize) -> Vec<Disagreement>
         true => TUNING.surfaces.face_points,
         false => TUNING.surfaces.face_points_beside_edges,
     };
+    let spacing = tree.grid.cell_size(cell.0) / count as f64;
+    let is_seen = |at: &[f64; 3]| tree.grid.contains(*at) && !aim.hides(&tree.grid, *at);
     let mut found = Vec::new();
     for turn in 0..6 {
         let (axis, side) = (turn / 2, turn % 2);
@@ -103,17 +105,14 @@ fn disagreements(tree: &Octree, aim: &Aim<'_>, leaf: usize) -> Vec<Disagreement>
             places[(axis + 1) % 3] += place[0];
             places[(axis + 2) % 3] += place[1];
             let at = tree.grid.point(cell.0, places);
-            if !tree.grid.contains(at) || aim.hides(&tree.grid, at) {
+            if !is_seen(&at) {
                 continue;
             }
             let other = tree.find(at);
             let (leaves, numbers) = ([own, &tree.leaves[other].1], [leaf, other]);
-            let spacing = tree.grid.cell_size(cell.0) / count as f64;
-            for at in core::iter::once(at).chain(middles(leaves, at, spacing)) {
-                if tree.grid.contains(at) && !aim.hides(&tree.grid, at) {
-                    found.extend(disagreement(leaves, numbers, at));
-                }
-            }
+            let middles = middles(leaves, at, spacing).into_iter().filter(is_seen);
+            let all = core::iter::once(at).chain(middles);
+            found.extend(all.filter_map(|at| disagreement(leaves, numbers, at)));
         }
     }
     found

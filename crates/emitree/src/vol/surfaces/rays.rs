@@ -109,7 +109,7 @@ impl Ray {
         // that is parallel to the lines may go on beyond the cell: the longest edge of a view is 1.
         let tangent = (2.0 * error * facet.wall.patch_at(at).curvature()).sqrt();
         let along = (error / slope.max(tangent).max(1e-9)).min(1.0);
-        // Patches are wrong by more between their points, and less where they agree with their neighbours.
+        // Patches are wrong by more between their points. Smooth ones have been compared with their neighbours more closely.
         let margin = match is_smooth(facets) {
             true => TUNING.surfaces.smooth_margin,
             false => TUNING.surfaces.crossing_margin,
