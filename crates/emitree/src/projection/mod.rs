@@ -24,7 +24,6 @@ mod region;
 mod singularity;
 mod surroundings;
 pub(crate) mod map;
-mod observer;
 pub(crate) mod path;
 mod plane;
 pub(crate) mod rows;
