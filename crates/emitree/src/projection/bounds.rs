@@ -2,6 +2,8 @@
 
 use super::ellipsoid::Ellipsoid;
 use super::frame::GeometryError;
+use super::surroundings::Observer;
+use super::vector::{difference, dot, norm};
 
 /// A shape that contains all emission: lines of sight are cut to it.
 ///
@@ -51,6 +53,34 @@ impl Bounds {
         match self {
             Self::Ellipsoid(ellipsoid) => ellipsoid.crossing(origin, direction),
             Self::Cuboid(cuboid) => cuboid.crossing(origin, direction),
+        }
+    }
+
+    /// Two distances between which all lines of sight of an observer are inside the shape, as far as they are: the least
+    /// ones, but for those of an observer near an ellipsoid that is no sphere.
+    pub(super) fn distances(&self, observer: &Observer) -> [f64; 2] {
+        match (self, observer) {
+            (Self::Ellipsoid(ellipsoid), Observer::Point(origin)) => {
+                let distance = norm(difference(ellipsoid.centre(), *origin));
+                [-1.0, 1.0].map(|side| (distance + side * ellipsoid.longest()).max(0.0))
+            }
+            (Self::Ellipsoid(ellipsoid), Observer::Parallel { plane_point, direction }) => {
+                let distance = dot(difference(ellipsoid.centre(), *plane_point), *direction);
+                let reach = norm(ellipsoid.semi_axis_vectors().map(|axis| dot(axis, *direction)));
+                [distance - reach, distance + reach]
+            }
+            (Self::Cuboid(cuboid), Observer::Point(origin)) => {
+                let beside = [0, 1, 2].map(|i| {
+                    let [below, above] = [cuboid.min[i] - origin[i], cuboid.max[i] - origin[i]];
+                    [below.max(-above).max(0.0), below.abs().max(above.abs())]
+                });
+                [0, 1].map(|end| norm(beside.map(|of_axis| of_axis[end])))
+            }
+            (Self::Cuboid(cuboid), Observer::Parallel { plane_point, direction }) => {
+                let middle = dot(difference(cuboid.at([0.5; 3]), *plane_point), *direction);
+                let reach: f64 = (0..3).map(|i| 0.5 * (cuboid.edge(i) * direction[i]).abs()).sum();
+                [middle - reach, middle + reach]
+            }
         }
     }
 }

@@ -147,10 +147,24 @@ impl Surroundings {
         self.depth.ends()
     }
 
+    /// The distances between which all lines of sight are inside the bounds, as far as they are; `None` without bounds,
+    /// or if these are not between the depths.
+    pub(crate) fn distances_inside_bounds(&self) -> Option<[f64; 2]> {
+        let [near, far] = self.depth.ends();
+        let [from, to] = self.bounds?.distances(&self.observer);
+        let [from, to] = [from.max(near), to.min(far)];
+        (from < to && from.is_finite() && to.is_finite()).then_some([from, to])
+    }
+
+    /// Whether the bounds are an ellipsoid.
+    pub(crate) fn is_within_ellipsoid(&self) -> bool {
+        matches!(self.bounds, Some(Bounds::Ellipsoid(_)))
+    }
+
     /// Whether there are bodies, edges, singularities or bounds that are an ellipsoid, for which views have charts.
     pub(crate) fn has_surfaces(&self) -> bool {
         !(self.bodies.is_empty() && self.edges.is_empty() && self.singularities.is_empty())
-            || matches!(self.bounds, Some(Bounds::Ellipsoid(_)))
+            || self.is_within_ellipsoid()
     }
 
     /// The distance of the target, a length of the size of the view.

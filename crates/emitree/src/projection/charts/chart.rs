@@ -47,6 +47,18 @@ pub trait Chart: Send + Sync + core::fmt::Debug {
         None
     }
 
+    /// The depths between which the line of sight at (u, v) is inside the bounds, if the chart continues beyond
+    /// them; the first one is above the second one on a line that is outside of them.
+    fn ends_inside_bounds(&self, _uv: [f64; 2]) -> [f64; 2] {
+        [0.0, 1.0]
+    }
+
+    /// The depths between which the line of sight at (u, v) is seen; none if the first one is above the second one.
+    fn visible_ends(&self, uv: [f64; 2]) -> [f64; 2] {
+        let [from, to] = self.ends_inside_bounds(uv);
+        [from, self.visible_end(uv).map_or(to, |(_, end)| end.min(to))]
+    }
+
     /// Whether some points of the chart are inside an opaque body, where g has no value.
     fn has_gaps(&self) -> bool {
         false

@@ -34,6 +34,7 @@ mod shells;
 mod singular;
 mod singularities;
 pub(crate) mod stretch;
+pub(crate) mod unclipped;
 
 use crate::projection::ViewGeometry;
 use crate::projection::bounds::Bounds;

@@ -68,23 +68,28 @@ impl Aim<'_> {
         if effect > 0.0 { self.target / effect } else { f64::INFINITY }
     }
 
-    /// The depth, in the coordinates of a grid, at which the line there ends.
-    pub(super) fn end_of_line(&self, grid: &Grid, [x, y]: [f64; 2]) -> f64 {
-        let of_canonical = |of: &Visible<'_>| of.depth([x / grid.edges[0], y / grid.edges[1]]);
-        grid.edges[2] * self.visible.as_ref().map_or(1.0, of_canonical)
+    /// The depths, in the coordinates of a grid, between which the line there is seen.
+    pub(super) fn ends_of_line(&self, grid: &Grid, [x, y]: [f64; 2]) -> [f64; 2] {
+        let of_canonical = |of: &Visible<'_>| of.ends([x / grid.edges[0], y / grid.edges[1]]);
+        let ends = self.visible.as_ref().map_or([0.0, 1.0], of_canonical);
+        ends.map(|end| grid.edges[2] * end)
     }
 
     /// Whether no line of sight reaches a point.
     pub(super) fn hides(&self, grid: &Grid, [x, y, z]: [f64; 3]) -> bool {
-        self.visible.is_some() && z > self.end_of_line(grid, [x, y])
+        if self.visible.is_none() {
+            return false;
+        }
+        let [from, to] = self.ends_of_line(grid, [x, y]);
+        z < from || z > to
     }
 
-    /// Whether no line of sight reaches a cell.
-    pub(super) fn hides_cell(&self, grid: &Grid, (level, at): Cell) -> bool {
-        let Some(visible) = &self.visible else { return false };
+    /// A point of a cell that a line of sight reaches; `None` if no line does.
+    pub(super) fn place_in_view(&self, grid: &Grid, (level, at): Cell) -> Option<[f64; 3]> {
+        let Some(visible) = &self.visible else { return Some(grid.centre((level, at))) };
         let [low, high] = [0.0, 1.0]
             .map(|side| grid.canonical(grid.point(level, at.map(|k| f64::from(k) + side))));
-        visible.end_before([[low[0], low[1]], [high[0], high[1]]], low[2])
+        visible.place_in_view([low, high]).map(|at| grid.at_canonical(at))
     }
 
     /// The numbers of pixels along x and y of the chart.

@@ -21,6 +21,9 @@ use crate::vol::tuning::TUNING;
 
 /// The most corners of a lattice that is refined, which has eight times as many then.
 const MOST_REFINED: usize = 1024;
+/// The most nodes of the pieces of a region at 1 %, if the lattice can be refined. Images within the tolerance have up to 241. With
+/// half as many some searches are repeated that would end soon, and trees are cheap there.
+const NODES_OF_SEARCH: f64 = 3000.0;
 
 /// The image of surfaces and the pieces beside them.
 #[derive(Debug)]
@@ -65,54 +68,17 @@ pub(super) struct Located<'a> {
 }
 
 /// Searches for surfaces, until the image of them and the pieces beside them is verified to the tolerance;
-/// `None` if that fails. All scattered samples are in `rates` then.
+/// `None` if that fails. All scattered samples are in `rates` then. If a search has too many regions or pieces, it is repeated
+/// from a finer lattice: corners that are further apart than a shell is thick meet it at places that nothing connects,
+/// and none may be in a small cavity.
 pub(super) async fn locate<'a>(
     request: &Request<'a>,
     rates: &mut Vec<f64>,
 ) -> Result<Option<Located<'a>>, Failure> {
     let tolerance = request.tolerance;
-    let grid = grid(request.view, tolerance);
-    let allowed = 1e-2 / tolerance.max(1e-6);
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "far below 2⁶⁴")]
-    let most = (TUNING.surfaces.most_evaluations * allowed.powf(TUNING.surfaces.growth)) as u64;
-    let left = most.min(request.most);
-    let mut search = divided(request, grid, left, rates).await?;
-    let (mut rounds, mut improvements) = (0, 0);
-    let mut lines = KnownLines::default();
-    loop {
-        let model = model(&mut search).await?;
-        let maps = model.maps(&search.aim, tolerance, &mut lines);
-        search.aim.target = tolerance * maps.image.largest();
-        if maps.error.largest() > TUNING.surfaces.accepted_share * search.aim.target {
-            if improvements == TUNING.surfaces.improvements
-                || !improve(&mut search, &model, &maps, improvements).await?
-            {
-                return Ok(None);
-            }
-            improvements += 1;
-            continue;
-        }
-        let verdict = search.verify(&model, &maps, rounds).await?;
-        rounds += 1;
-        if verdict.has_passed {
-            return Ok(Some(Located { search, model, maps }));
-        }
-        if rounds == TUNING.surfaces.verifications {
-            return Ok(None);
-        }
-        search.divide(&verdict.wrong, Reason::Wrong).await?;
-    }
-}
-
-/// The first division of a view into leaves. If it has too many regions, that is repeated from a finer lattice: corners
-/// that are further apart than a shell is thick meet it at places that nothing connects.
-async fn divided<'a>(
-    request: &Request<'a>,
-    mut grid: Grid,
-    mut left: u64,
-    rates: &mut Vec<f64>,
-) -> Result<Search<'a>, Failure> {
-    let (levels, tolerance) = (grid.finest, request.tolerance);
+    let mut grid = grid(request.view, tolerance);
+    let mut left = of_tolerance(TUNING.surfaces.most_evaluations, tolerance).min(request.most);
+    let levels = grid.finest;
     let visible = request.limbs.map(|parts| Visible::new(&*request.view.part.chart, parts));
     let (scale, sky, plane) = (request.scale, request.sky, request.plane);
     let mut aim = Aim { target: 0.0, scale, visible, sky, plane };
@@ -128,19 +94,69 @@ async fn divided<'a>(
         let negligible = TUNING.surfaces.negligible * aim.target / request.scale.largest();
         let samples = Samples::new(0.25 * grid.cell_size(0), negligible);
         let mut search = Search::new(request.view, grid, aim, tolerance, samples, left);
-        let Start { base, whole, scattered, .. } = &start;
-        let regions = search.find_regions(base.clone(), whole.as_ref(), scattered).await;
-        let divided = match regions {
-            Ok(()) => search.run().await,
-            Err(failure) => Err(failure),
-        };
-        match divided {
-            Ok(()) => return Ok(search),
-            Err(Failure::TooManyRegions) if start.base.corners() <= MOST_REFINED => {
+        let can_be_finer = start.base.corners() <= MOST_REFINED;
+        if can_be_finer {
+            search.most_nodes = of_tolerance(NODES_OF_SEARCH, tolerance);
+        }
+        match search.converge(&start).await {
+            Ok(found) => {
+                return Ok(found.map(|(model, maps)| Located { search, model, maps }));
+            }
+            Err(Failure::TooManyRegions | Failure::TooManyPieces) if can_be_finer => {
                 Search { aim, left, .. } = search;
                 start.refine(request, &grid, &aim, left).await?;
             }
             Err(failure) => return Err(failure),
+        }
+    }
+}
+
+/// A limit at 1 % as one at another tolerance.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "far below 2⁶⁴")]
+fn of_tolerance(at_a_hundredth: f64, tolerance: f64) -> u64 {
+    let allowed = 1e-2 / tolerance.max(1e-6);
+    (at_a_hundredth * allowed.powf(TUNING.surfaces.growth)) as u64
+}
+
+impl Search<'_> {
+    /// Divides the view into leaves, and improves these until the image is verified; `None` if that fails.
+    async fn converge(&mut self, start: &Start) -> Result<Option<(Model, Maps)>, Failure> {
+        let Start { base, whole, scattered, .. } = start;
+        self.find_regions(base.clone(), whole.as_ref(), scattered).await?;
+        self.run().await?;
+        match self.improve_leaves().await {
+            // What belongs to no region beside all the leaves is structure, which a finer lattice does not resolve.
+            Err(Failure::TooManyRegions) => Err(Failure::TooComplex),
+            found => found,
+        }
+    }
+
+    /// Improves the leaves until the image is verified; `None` if that fails.
+    async fn improve_leaves(&mut self) -> Result<Option<(Model, Maps)>, Failure> {
+        let (mut rounds, mut improvements) = (0, 0);
+        let mut lines = KnownLines::default();
+        loop {
+            let model = model(self).await?;
+            let maps = model.maps(&self.aim, self.tolerance, &mut lines);
+            self.aim.target = self.tolerance * maps.image.largest();
+            if maps.error.largest() > TUNING.surfaces.accepted_share * self.aim.target {
+                if improvements == TUNING.surfaces.improvements
+                    || !improve(self, &model, &maps, improvements).await?
+                {
+                    return Ok(None);
+                }
+                improvements += 1;
+                continue;
+            }
+            let verdict = self.verify(&model, &maps, rounds).await?;
+            rounds += 1;
+            if verdict.has_passed {
+                return Ok(Some((model, maps)));
+            }
+            if rounds == TUNING.surfaces.verifications {
+                return Ok(None);
+            }
+            self.divide(&verdict.wrong, Reason::Wrong).await?;
         }
     }
 }

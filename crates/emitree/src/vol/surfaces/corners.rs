@@ -51,7 +51,22 @@ impl Search<'_> {
                 is_refuted: false,
             }
         };
-        Ok(cells.into_iter().map(open).collect())
+        let mut cells: Vec<OpenCell> = cells.into_iter().map(open).collect();
+        self.sample_unseen(&mut cells).await?;
+        Ok(cells)
+    }
+
+    /// Samples a point that a line of sight reaches in each cell of which no corner and no other sample is seen.
+    async fn sample_unseen(&mut self, cells: &mut [OpenCell]) -> Result<(), Failure> {
+        let is_unseen = |cell: &&mut OpenCell| self.seen_samples(cell).next().is_none();
+        let unseen: Vec<&mut OpenCell> = cells.iter_mut().filter(is_unseen).collect();
+        let place = |cell: &&mut OpenCell| self.aim.place_in_view(&self.grid, cell.cell);
+        let points: Vec<[f64; 3]> = unseen.iter().filter_map(place).collect();
+        let samples = self.sample(&points).await?;
+        for (cell, sample) in unseen.into_iter().zip(samples) {
+            cell.inside.push(sample);
+        }
+        Ok(())
     }
 
     /// The corners of cells that are not known yet, in the order of the cells, each with its region if all cells

@@ -38,17 +38,17 @@ struct InCell<'a> {
 }
 
 impl Model {
-    /// The uncertain parts of the line at a place of the grid, to a depth: ascending and apart from each other.
-    pub(super) fn uncertain(&self, xy: [f64; 2], end: f64) -> Vec<Uncertain> {
+    /// The uncertain parts of the line at a place of the grid, between two depths: ascending and apart from each other.
+    pub(super) fn uncertain(&self, xy: [f64; 2], [begin, end]: [f64; 2]) -> Vec<Uncertain> {
         let farthest = self.cut(xy, xy).map(|(_, facets)| displacement(facets));
         let farthest = farthest.fold(0.0, f64::max);
         let [low, high] = [-farthest, farthest].map(|by| xy.map(|along| along + by));
         let mut found = Vec::new();
         for (number, facets) in self.cut(low, high) {
             let [bottom, top] = self.tree.ends(number, 2);
-            if bottom < end {
+            if bottom < end && top > begin {
                 let patches = facets.iter().flat_map(|of| of.wall.patches()).collect();
-                let cell = InCell { facets, patches, ends: [bottom, top.min(end)] };
+                let cell = InCell { facets, patches, ends: [bottom.max(begin), top.min(end)] };
                 found.extend(cell.uncertain(xy));
             }
         }
@@ -57,9 +57,10 @@ impl Model {
             let [bottom, top] = self.tree.ends(number, 2);
             if let Leaf::Unresolved(_, jump) = &self.tree.leaves[number].1
                 && bottom < end
+                && top > begin
             {
                 // All of the jump may be missing.
-                let ends = [bottom, top.min(end)];
+                let ends = [bottom.max(begin), top.min(end)];
                 let error = jump * (ends[1] - ends[0]);
                 found.push(Uncertain { ends, error, is_unresolved: true });
             }

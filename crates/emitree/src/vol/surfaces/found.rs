@@ -23,14 +23,19 @@ struct WorldVertex {
 
 /// The surfaces of a model in a chart, where they are in view.
 pub(super) fn found_surfaces(chart: &dyn Chart, model: &Model, aim: &Aim<'_>) -> FoundSurfaces {
+    let grid = &model.tree.grid;
     let net = Net::new(&model.tree);
+    let net = match aim.visible {
+        Some(_) => net.cut(&|at| aim.hides(grid, at)),
+        None => net,
+    };
     let vertices = net.vertices.par_iter().map(|vertex| {
-        let [x, y, _] = model.tree.grid.canonical(vertex.at);
+        let [x, y, _] = grid.canonical(vertex.at);
         if aim.sky.is_some() && !aim.is_in_view([x, y]) {
             return None;
         }
         let [a, b] = vertex.sides.map(|side| model.value_of(side, vertex.at));
-        world_vertex(chart, (&model.tree.grid, net.cell_size), vertex, b - a)
+        world_vertex(chart, (grid, net.cell_size), vertex, b - a)
     });
     let vertices: Vec<Option<WorldVertex>> = vertices.collect();
     let mut numbers = Vec::with_capacity(vertices.len());

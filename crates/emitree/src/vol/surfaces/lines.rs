@@ -29,8 +29,8 @@ struct Line {
     /// Its number among those of the request.
     number: usize,
     xy: [f64; 2],
-    /// The end at an opaque body or at that of the view.
-    end: f64,
+    /// The depths between which it is seen.
+    ends: [f64; 2],
 }
 
 /// A line of which some parts are sampled.
@@ -54,7 +54,7 @@ impl Search<'_> {
         let aim = &self.aim;
         let of_place = |(number, xy): (usize, &[f64; 2])| {
             let line = line(model, aim, number, *xy)?;
-            let uncertain = model.uncertain(line.xy, line.end);
+            let uncertain = model.uncertain(line.xy, line.ends);
             let integral = model.along(&line, aim, &uncertain);
             let is_good = integral.error <= target;
             let most = OF_OTHERS * target;
@@ -129,7 +129,7 @@ fn line(model: &Model, aim: &Aim<'_>, number: usize, xy: [f64; 2]) -> Option<Lin
     let place = place.filter(|_| is_place)?;
     let grid = &model.tree.grid;
     let xy = [0, 1].map(|k| place[k] * grid.edges[k]);
-    Some(Line { number, xy, end: aim.end_of_line(grid, xy) })
+    Some(Line { number, xy, ends: aim.ends_of_line(grid, xy) })
 }
 
 impl Model {
@@ -162,8 +162,8 @@ impl Model {
         uncertain.truncate(count);
         uncertain.sort_by(|a, b| a.ends[0].total_cmp(&b.ends[0]));
         // Rounding leaves no point behind a surface.
-        let last = line.end - 1e-9 * edge;
-        let parts = uncertain.iter().map(|of| [of.ends[0], of.ends[1].min(last)]);
+        let [first, last] = [line.ends[0] + 1e-9 * edge, line.ends[1] - 1e-9 * edge];
+        let parts = uncertain.iter().map(|of| [of.ends[0].max(first), of.ends[1].min(last)]);
         let parts: Vec<[f64; 2]> = parts.filter(|[low, high]| low < high).collect();
         let mut beside = Vec::new();
         for Segment { label, ends: [mut low, end] } in self.segments(line, aim) {

@@ -4,7 +4,8 @@
 use crate::image::Image;
 use crate::projection::charts::chart::AcrossGap;
 use crate::projection::charts::depth::Weights;
-use crate::projection::{Chart, MappedPoint, SightLine};
+use crate::projection::charts::unclipped::{CommonEnds, Unclipped};
+use crate::projection::{Chart, MappedPoint, SightLine, Surroundings};
 use crate::radiance::radiance_per_density;
 use crate::tile::Tile;
 use crate::vol::surfaces::sky::{Sky, is_regular};
@@ -19,6 +20,8 @@ pub(super) struct LinesOfSight<'a> {
     pub(super) sky: Option<Sky<'a>>,
     /// Whether lines of sight end at bodies.
     has_bodies: bool,
+    /// What bounds clip the lines, and the distances at which all lines begin and end nevertheless.
+    unclipped: Option<(&'a Surroundings, CommonEnds)>,
 }
 
 impl<'a> LinesOfSight<'a> {
@@ -32,23 +35,36 @@ impl<'a> LinesOfSight<'a> {
         let has_bodies = parts.parts.iter().any(|part| !part.footing.is_of_pixels());
         let is_divided = has_bodies || parts.parts.len() > tiles.len();
         let planes = is_divided.then(|| parts_of(tiles, None, None));
-        let sky = match &planes.as_ref().unwrap_or(parts).parts[..] {
+        let plane = &planes.as_ref().unwrap_or(parts).parts[..];
+        let sky = match plane {
             [part] if is_regular(part) => None,
             _ => Some(Sky::new(tiles, brightness)?),
         };
-        Some(Self { planes, sky, has_bodies })
+        let chart = match &sky {
+            Some(sky) => sky.chart(),
+            None => &*plane.first()?.chart,
+        };
+        let around = tiles.first()?.projection.view_geometry().and_then(|of| of.surroundings());
+        let unclipped = around.and_then(|around| Some((around, CommonEnds::of(chart, around)?)));
+        Some(Self { planes, sky, has_bodies, unclipped })
     }
 
     /// All of the view as one part, on which G = g · ds/dz: where g is constant, G is. Its scale is 1 in the pixels of
     /// the image, which are means weighted with solid angle.
     pub(super) fn part<'s>(&'s self, tiles: &[Tile<'a>], parts: &'s Parts<'a>) -> Option<Part<'s>> {
         let scale = Arc::new(in_view(tiles));
-        if let Some(sky) = &self.sky {
-            return Some(sky.part(scale));
-        }
-        let plane = self.plane(parts)?;
-        let chart = Box::new(Even { chart: &*plane.chart });
-        Some(Part { chart, scale, footing: Arc::clone(&plane.footing), ..*plane })
+        let part = match &self.sky {
+            Some(sky) => sky.part(scale),
+            None => {
+                let plane = self.plane(parts)?;
+                let chart = Box::new(Even { chart: &*plane.chart });
+                Part { chart, scale, footing: Arc::clone(&plane.footing), ..*plane }
+            }
+        };
+        let Some((around, ends)) = self.unclipped else { return Some(part) };
+        let least_feature = part.least_feature * ends.share.cbrt();
+        let chart = Box::new(Unclipped::new(part.chart, around, ends));
+        Some(Part { chart, least_feature, ..part })
     }
 
     /// The image plane.
@@ -58,13 +74,16 @@ impl<'a> LinesOfSight<'a> {
 
     /// Whether its coordinates are those of the only part of the view.
     pub(super) fn are_of_parts(&self) -> bool {
-        self.planes.is_none() && self.sky.is_none()
+        self.planes.is_none() && self.sky.is_none() && self.unclipped.is_none()
     }
 
     /// The parts that know where lines of sight end, and which pixels limbs or a rim cross.
     pub(super) fn limbs<'s>(&'s self, parts: &'s Parts<'a>) -> Option<&'s Parts<'a>> {
         let planes = self.planes.as_ref().unwrap_or(parts);
-        if self.has_bodies { Some(parts) } else { Some(planes).filter(|of| of.has_rim()) }
+        if self.has_bodies {
+            return Some(parts);
+        }
+        Some(planes).filter(|of| of.has_rim() || self.unclipped.is_some())
     }
 }
 

@@ -9,8 +9,8 @@
 //! * `patch`: heights over a tangent plane; `wall`: patches that meet; `octree`: leaves with walls
 //!   between regions;
 //! * `samples`: samples of G, and the regions that their values belong to;
-//! * `visible`: where lines of sight end at opaque bodies; `sky`: views of several tiles, with a rim or with a pole;
-//!   `lines_of_sight`: the view as one part; `hits`: samples of other charts, and other points, that meet a small shape;
+//! * `visible`: where lines of sight begin and end at bounds and opaque bodies; `sky`: views of several tiles, with a
+//!   rim or with a pole; `lines_of_sight`: the view as one part; `hits`: samples of other charts, and other points, that meet a small shape;
 //! * `aim`: the displacement of a patch that the tolerance allows;
 //! * `roots`: points of surfaces on edges of cells;
 //! * `focus`, `extent`: the part of the view that is not constant; `start`: the first samples;
@@ -21,7 +21,7 @@
 //! * `polynomial`, `boxes`, `outline`, `pieces`: G within each region, by polynomials in boxes around it;
 //! * `crossings`, `beam`, `rays`, `model`, `pixel`, `raster`: lines of sight, pixels and their errors;
 //! * `displaced`, `lines`: requested lines, and what displaced surfaces change of them;
-//! * `verification`: samples that took no part; `net`, `found`: the surfaces as triangles in the world;
+//! * `verification`: samples that took no part; `net`, `cut_net`, `found`: the surfaces as triangles in the world;
 //!   `attempt`: all of it, with the decision;
 //! * `look`, `steep_pairs`: whether G jumps where no search for products shows it;
 //! * `channel`, `spectra`, `cube`: what further energies of a cube add beside the same surfaces.
@@ -64,6 +64,7 @@ mod displaced;
 mod lines;
 mod verification;
 mod net;
+mod cut_net;
 mod found;
 mod attempt;
 mod channel;

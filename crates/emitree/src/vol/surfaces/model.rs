@@ -46,7 +46,7 @@ impl Model {
         aim.sky.is_none().then(|| Beam::new(&self.tree, corners()))
     }
 
-    /// Makes a ray the line at a place of the grid, to its end: one of a beam, if that is given.
+    /// Makes a ray the line at a place of the grid, as far as it is seen: one of a beam, if that is given.
     pub(super) fn follow(
         &self,
         ray: &mut Ray,
@@ -54,10 +54,10 @@ impl Model {
         beam: Option<&Beam<'_>>,
         xy: [f64; 2],
     ) {
-        let end = aim.end_of_line(&self.tree.grid, xy);
+        let ends = aim.ends_of_line(&self.tree.grid, xy);
         match beam {
-            Some(beam) => ray.follow(beam, xy, end),
-            None => ray.follow(&Beam::new(&self.tree, [xy; 2]), xy, end),
+            Some(beam) => ray.follow(beam, xy, ends),
+            None => ray.follow(&Beam::new(&self.tree, [xy; 2]), xy, ends),
         }
     }
 

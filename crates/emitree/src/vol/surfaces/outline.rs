@@ -159,7 +159,7 @@ impl Search<'_> {
     fn places(&self, tree: &Octree, label: Label, of: &OpenBox, most: usize) -> Vec<[f64; 3]> {
         let edges = difference(of.high, of.low);
         let scattered = (0..TRIES).map(lattice::point).map(|u| along_each(of.low, u, edges));
-        let is_inside = |at: &[f64; 3]| tree.leaf(*at).region(*at) == label;
+        let is_inside = |at: &[f64; 3]| tree.leaf(*at).region(*at) == label && !self.hides(*at);
         let found: Vec<[f64; 3]> = scattered.filter(is_inside).take(most).collect();
         if !found.is_empty() {
             return found;

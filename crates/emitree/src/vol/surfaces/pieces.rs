@@ -109,6 +109,7 @@ impl Search<'_> {
             if nodes.len() > MOST_NODES {
                 return Err(Failure::TooComplex);
             }
+            let boxes = open.len();
             // One batch for all boxes of a level.
             let (mut wanted, mut numbers) = (Vec::new(), Vec::new());
             let outlines: Vec<(OpenBox, Outline)> =
@@ -180,6 +181,10 @@ impl Search<'_> {
                 nodes.extend(halves.each_ref().map(|half| Node::from(half.zero())));
                 nodes[of.node] = Node::Halves { axis, at, below, above };
                 next.extend(halves);
+            }
+            // More and more boxes from level to level: G is not smooth in them.
+            if nodes.len() as u64 > self.most_nodes && next.len() > boxes {
+                return Err(Failure::TooManyPieces);
             }
             open = next;
         }

@@ -88,7 +88,7 @@ impl Model {
             let pixel = (tile * rows + beside[1]) * width + beside[0];
             let place = [column - beside[0], row - beside[1]].map(|at| at as f64);
             let (xy, _) = self.line(aim, pixel, place);
-            let ray = Ray::new(&self.tree, xy, aim.end_of_line(&self.tree.grid, xy));
+            let ray = Ray::new(&self.tree, xy, aim.ends_of_line(&self.tree.grid, xy));
             self.integral(xy, ray.segments.iter().copied(), ray.error_of_surfaces()).value
         };
         let corners: Vec<f64> = corners.par_iter().map(corner).collect();

@@ -2,7 +2,7 @@
 
 use crate::vol::surfaces::beam::{Beam, Content};
 use crate::vol::surfaces::crossings::find_crossings;
-use crate::vol::surfaces::octree::{Facet, Label, Octree, is_smooth, region};
+use crate::vol::surfaces::octree::{Facet, HIDDEN, Label, Octree, is_smooth, region};
 use crate::vol::surfaces::patch::Patch;
 use crate::vol::tuning::TUNING;
 
@@ -34,25 +34,32 @@ pub(super) struct LineIntegral {
 }
 
 impl Ray {
-    /// The line at a place of the image, to the depth `end`.
-    pub(super) fn new(tree: &Octree, xy: [f64; 2], end: f64) -> Self {
+    /// The line at a place of the image between two depths.
+    pub(super) fn new(tree: &Octree, xy: [f64; 2], ends: [f64; 2]) -> Self {
         let mut ray = Self::default();
-        ray.follow(&Beam::new(tree, [xy; 2]), xy, end);
+        ray.follow(&Beam::new(tree, [xy; 2]), xy, ends);
         ray
     }
 
-    /// Becomes the line at a place of a beam, to the depth `end`.
-    pub(super) fn follow(&mut self, beam: &Beam<'_>, xy: [f64; 2], end: f64) {
+    /// Becomes the line at a place of a beam between two depths.
+    pub(super) fn follow(&mut self, beam: &Beam<'_>, xy: [f64; 2], [from, end]: [f64; 2]) {
         self.segments.clear();
         self.crossings.clear();
         self.unresolved = 0.0;
         self.unresolved_leaves.clear();
         let mut z = 0.0;
+        if from > 0.0 {
+            self.extend(HIDDEN, [0.0, from]);
+            z = from;
+        }
         for part in beam.parts(xy) {
             if z >= end {
                 break;
             }
             let top = part.top.min(end);
+            if top <= z {
+                continue;
+            }
             match &part.content {
                 Content::Region(label) => self.extend(*label, [z, top]),
                 Content::Unresolved(label, jump, leaf) => {

@@ -17,6 +17,8 @@ pub(super) enum Failure {
     TooComplex,
     /// The values of samples belong to more regions than a view has.
     TooManyRegions,
+    /// A region needs so many polynomials that G probably jumps in it.
+    TooManyPieces,
     Stopped(Stop),
 }
 
@@ -24,7 +26,10 @@ impl Failure {
     /// The reason for which the rendering ends, too; `Ok` if other methods follow.
     pub(super) fn given_up(self) -> Result<(), Stop> {
         match self {
-            Self::TooComplex | Self::TooManyRegions | Self::Stopped(Stop::Budget) => Ok(()),
+            Self::TooComplex
+            | Self::TooManyRegions
+            | Self::TooManyPieces
+            | Self::Stopped(Stop::Budget) => Ok(()),
             Self::Stopped(stop) => Err(stop),
         }
     }
@@ -102,6 +107,8 @@ pub(super) struct Search<'a> {
     pub(super) leaves: BTreeMap<Cell, Leaf>,
     /// The evaluations that may be made.
     pub(super) left: u64,
+    /// The most nodes of the pieces of a region.
+    pub(super) most_nodes: u64,
 }
 
 impl<'a> Search<'a> {
@@ -115,7 +122,20 @@ impl<'a> Search<'a> {
     ) -> Self {
         let (corners, lines) = (FxHashMap::default(), FxHashMap::default());
         let (points, leaves) = (Vec::new(), BTreeMap::new());
-        Self { view, grid, aim, tolerance, samples, corners, points, lines, leaves, left }
+        let most_nodes = u64::MAX;
+        Self {
+            view,
+            grid,
+            aim,
+            tolerance,
+            samples,
+            corners,
+            points,
+            lines,
+            leaves,
+            left,
+            most_nodes,
+        }
     }
 
     /// G at points, in one batch.
@@ -270,7 +290,7 @@ impl<'a> Search<'a> {
         level: u8,
         cells: BTreeMap<[u32; 3], Guess>,
     ) -> Result<Vec<([u32; 3], Guess)>, Failure> {
-        let is_hidden = |at: &[u32; 3]| self.aim.hides_cell(&self.grid, (level, *at));
+        let is_hidden = |at: &[u32; 3]| self.aim.place_in_view(&self.grid, (level, *at)).is_none();
         let (hidden, cells): (BTreeMap<_, _>, BTreeMap<_, _>) =
             cells.into_iter().partition(|(at, _)| is_hidden(at));
         self.leaves.extend(hidden.into_keys().map(|at| ((level, at), Leaf::Hidden)));
@@ -279,19 +299,7 @@ impl<'a> Search<'a> {
         let (mut cut, mut uncut, mut next) = (Vec::new(), Vec::new(), Vec::new());
         for cell in cells.drain(..) {
             match self.labels(&cell).len() {
-                // Between two bodies lines may reach the cell.
-                0 if level < self.grid.finest => {
-                    next.extend(children(cell.cell.1).map(|child| (child, Guess::NONE)));
-                }
-                0 => {
-                    let near = self.samples.nearest(self.grid.centre(cell.cell), 1);
-                    let unresolved = |&(_, i): &(f64, usize)| {
-                        Leaf::Unresolved(self.samples.label(i), self.samples.get(i).rate.abs())
-                    };
-                    let leaf = near.first().map_or(Leaf::Hidden, unresolved);
-                    self.leaves.insert(cell.cell, leaf);
-                }
-                1 => uncut.push(cell),
+                0 | 1 => uncut.push(cell),
                 _ => match self.faded(&cell) {
                     Some(leaf) => {
                         self.leaves.insert(cell.cell, leaf);

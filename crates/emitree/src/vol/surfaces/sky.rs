@@ -102,6 +102,11 @@ impl<'a> Sky<'a> {
         }
     }
 
+    /// The chart of all lines.
+    pub(super) fn chart(&self) -> &dyn Chart {
+        &self.chart
+    }
+
     /// The number of tiles.
     pub(super) fn tiles(&self) -> usize {
         self.geometries.len()

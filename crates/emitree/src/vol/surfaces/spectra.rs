@@ -8,7 +8,7 @@ use crate::vol::spectrum::probes::{ProbePoint, SpectralProbes, SpotCheck, energy
 use crate::vol::surfaces::attempt::Located;
 use crate::vol::surfaces::channel::KnownSample;
 use crate::vol::surfaces::octree::{HIDDEN, Label, Leaf};
-use crate::vol::surfaces::rays::Ray;
+use crate::vol::surfaces::rays::{Ray, Segment};
 use crate::vol::tuning::TUNING;
 
 /// The number of the first check in the sequence of scattered points, beyond those of verifications.
@@ -81,7 +81,7 @@ impl Located<'_> {
         let aim = &self.search.aim;
         let at = grid.at_canonical(u);
         let xy = [at[0], at[1]];
-        let ray = Ray::new(&self.model.tree, xy, aim.end_of_line(grid, xy));
+        let ray = Ray::new(&self.model.tree, xy, aim.ends_of_line(grid, xy));
         let of_segment =
             |segment| self.model.integral(xy, core::iter::once(segment), 0.0).value.abs();
         let bright: f64 = ray.segments.iter().copied().map(of_segment).sum();
@@ -159,9 +159,10 @@ impl Located<'_> {
         let grid = &self.search.grid;
         let [x, y] = [(x, ends[0]), (y, ends[1])].map(|(at, [low, high])| low + at * (high - low));
         let xy = [x * grid.edges[0], y * grid.edges[1]];
-        let ray = Ray::new(&self.model.tree, xy, self.search.aim.end_of_line(grid, xy));
-        let at = share * ray.segments.len() as f64;
-        let Some(segment) = ray.segments.get(whole(at)) else { return place };
+        let ray = Ray::new(&self.model.tree, xy, self.search.aim.ends_of_line(grid, xy));
+        let seen: Vec<&Segment> = ray.segments.iter().filter(|of| of.label != HIDDEN).collect();
+        let at = share * seen.len() as f64;
+        let Some(segment) = seen.get(whole(at)) else { return place };
         let [from, to] = segment.ends;
         [x, y, (from + (to - from) * at.fract()) / grid.edges[2]]
     }

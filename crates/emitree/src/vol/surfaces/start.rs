@@ -173,8 +173,12 @@ fn largest_pixel(base: &BaseLattice, grid: &Grid, aim: &Aim<'_>) -> f64 {
         for y in 0..=ny {
             let of = |z: usize| base.rates[base.number([x, y, z])].unwrap_or(0.0);
             let [from_x, from_y, from] = base.cells.point(grid, [x, y, 0]);
-            let end = aim.end_of_line(grid, [from_x, from_y]);
-            let seen = |z: usize| ((end - from) / depth - z as f64).clamp(0.0, 1.0);
+            let [low, high] =
+                aim.ends_of_line(grid, [from_x, from_y]).map(|end| (end - from) / depth);
+            let seen = |z: usize| {
+                let z = z as f64;
+                (high.min(z + 1.0) - low.max(z)).max(0.0)
+            };
             let sum: f64 = (0..nz).map(|z| 0.5 * seen(z) * (of(z) + of(z + 1))).sum();
             let effect = aim.effect([from_x / grid.edges[0], from_y / grid.edges[1]]);
             largest = largest.max((sum * depth / grid.edges[2] * effect).abs());

@@ -34,9 +34,10 @@ pub(super) async fn jumps_between(
             let at = |t: f64| core::array::from_fn(|k| from[k] + t * (to[k] - from[k]));
             steep.inside().into_iter().map(at).collect::<Vec<[f64; 3]>>()
         };
-        // G has no value behind a body.
+        // G has no value behind a body and beyond bounds.
         let is_seen = |[x, y, z]: &[f64; 3]| {
-            view.part.chart.visible_end([*x, *y]).is_none_or(|(_, end)| *z <= end)
+            let [from, to] = view.part.chart.visible_ends([*x, *y]);
+            (from..=to).contains(z)
         };
         steep.retain(|pair| of_pair(pair).iter().all(is_seen));
         if steep.is_empty() {

@@ -81,7 +81,7 @@ impl Search<'_> {
             let ([x, y], _) = self.aim.line(pixel, [0.5; 2]);
             let xy = [x * self.grid.edges[0], y * self.grid.edges[1]];
             let Ray { segments, unresolved, .. } =
-                Ray::new(&tree, xy, self.aim.end_of_line(&self.grid, xy));
+                Ray::new(&tree, xy, self.aim.ends_of_line(&self.grid, xy));
             RoughLine { pixel, xy, segments, rest: unresolved }
         };
         let lines: Vec<RoughLine> = seen.par_iter().map(line).collect();

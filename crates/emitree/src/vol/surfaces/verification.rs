@@ -2,7 +2,7 @@
 
 use crate::vol::lattice;
 use crate::vol::surfaces::model::Model;
-use crate::vol::surfaces::octree::{Cell, Leaf};
+use crate::vol::surfaces::octree::{Cell, HIDDEN, Leaf};
 use crate::vol::surfaces::raster::Maps;
 use crate::vol::surfaces::rays::Ray;
 use crate::vol::surfaces::search::{Failure, Search};
@@ -80,14 +80,14 @@ impl Search<'_> {
         if !self.aim.is_in_view(place) {
             return;
         }
-        let ray = Ray::new(&model.tree, [x, y], self.aim.end_of_line(&self.grid, [x, y]));
+        let ray = Ray::new(&model.tree, [x, y], self.aim.ends_of_line(&self.grid, [x, y]));
         let mut add = |z: f64, error: f64| {
             let at = [x, y, z];
             let value = model.value(at);
             let pieces = TUNING.surfaces.piece_disagreement * of_line;
             expected.push(Expected { at, value, allowed: pieces + error });
         };
-        for segment in &ray.segments {
+        for segment in ray.segments.iter().filter(|of| of.label != HIDDEN) {
             let [from, to] = segment.ends;
             // Not too close to the crossings at its ends.
             let near = |z: f64| {

@@ -1,13 +1,17 @@
-//! Where lines of sight end: what is behind opaque bodies needs no surfaces, and no evaluations.
+//! Where lines of sight begin and end: what is outside of bounds and behind opaque bodies needs no surfaces, and no
+//! evaluations.
 //!
-//! On the image plane, bodies end lines of sight but not the coordinates. G need not be known behind and
-//! in them, and is not evaluated there; the ends of the lines and the limbs are known by geometry.
+//! Bounds and bodies end lines of sight but not the coordinates. G need not be known beyond them, and is not evaluated
+//! there; the ends of the lines and the limbs are known by geometry.
 
 use crate::projection::Chart;
 use crate::vol::view::part::Parts;
 use crate::vol::view::pixel_rule::RuleNode;
 
-/// The ends of lines of sight at opaque bodies.
+/// Lines along each axis of a cell on which places in view are looked for.
+const LINES_OF_CELL: usize = 5;
+
+/// The ends of lines of sight at opaque bodies and bounds.
 #[derive(Clone, Copy)]
 pub(super) struct Visible<'a> {
     chart: &'a dyn Chart,
@@ -21,18 +25,27 @@ impl<'a> Visible<'a> {
         Self { chart, parts }
     }
 
-    /// The depth at which the line at canonical (x, y) ends.
-    pub(super) fn depth(&self, xy: [f64; 2]) -> f64 {
-        self.chart.visible_end(xy).map_or(1.0, |(_, depth)| depth)
+    /// The depths between which the line at canonical (x, y) is seen; none if the first one is above the second one.
+    pub(super) fn ends(&self, xy: [f64; 2]) -> [f64; 2] {
+        self.chart.visible_ends(xy)
     }
 
-    /// Whether all lines in a rectangle of the image end before a depth: those at its corners do, at one
-    /// body. A body is convex, so that all lines between them meet it, none further away than at a corner.
-    pub(super) fn end_before(&self, [low, high]: [[f64; 2]; 2], depth: f64) -> bool {
-        let corners = [low, [high[0], low[1]], [low[0], high[1]], high];
-        let ends = corners.map(|xy| self.chart.visible_end(xy));
-        let [Some((first, _)), ..] = ends else { return false };
-        ends.iter().all(|end| end.is_some_and(|(body, end)| body == first && end < depth))
+    /// The middle of the longest part of a line that is seen, of some lines in a box of the chart: those at its corners
+    /// are among them. `None` if no such line is seen there.
+    pub(super) fn place_in_view(&self, [low, high]: [[f64; 3]; 2]) -> Option<[f64; 3]> {
+        let at = |axis: usize, k: usize| {
+            let share = k as f64 / (LINES_OF_CELL - 1) as f64;
+            low[axis] + share * (high[axis] - low[axis])
+        };
+        let part = |k: usize| {
+            let xy = [at(0, k % LINES_OF_CELL), at(1, k / LINES_OF_CELL)];
+            let [from, to] = self.ends(xy);
+            let [from, to] = [from.max(low[2]), to.min(high[2])];
+            (to - from, [xy[0], xy[1], 0.5 * (from + to)])
+        };
+        let parts =
+            (0..LINES_OF_CELL * LINES_OF_CELL).map(part).filter(|(length, _)| *length > 0.0);
+        parts.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, at)| at)
     }
 
     /// Whether a limb crosses a pixel.

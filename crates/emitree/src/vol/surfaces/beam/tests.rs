@@ -70,8 +70,8 @@ fn a_line_of_a_beam_is_the_same_line_on_its_own() {
             parts += beam.parts.len();
             let mut ray = Ray::default();
             for [u, v, _] in (0..20).map(lattice::point).chain([[0.0; 3], [0.5; 3], [1.0; 3]]) {
-                ray.follow(&beam, place(u, v), end);
-                let own = Ray::new(&tree, place(u, v), end);
+                ray.follow(&beam, place(u, v), [0.0, end]);
+                let own = Ray::new(&tree, place(u, v), [0.0, end]);
                 assert_eq!(ray.segments, own.segments, "{count} {row} {column} {u} {v}");
                 assert_eq!(ray.crossings, own.crossings);
                 assert_eq!(ray.unresolved_leaves, own.unresolved_leaves);

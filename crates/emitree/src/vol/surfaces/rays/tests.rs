@@ -22,7 +22,7 @@ fn tree() -> Octree {
 #[test]
 fn segments_end_at_the_surface() {
     let tree = tree();
-    let ray = Ray::new(&tree, [0.7, 0.2], 1.0);
+    let ray = Ray::new(&tree, [0.7, 0.2], [0.0, 1.0]);
     let [first, second] = ray.segments[..] else { panic!("{ray:?}") };
     assert_eq!((first.label, second.label), (0, 1));
     assert!((first.ends[1] - 0.37).abs() < 1e-9 && (second.ends[1] - 1.0).abs() < 1e-12);
@@ -31,7 +31,7 @@ fn segments_end_at_the_surface() {
 #[test]
 fn the_error_of_a_crossing_is_its_displacement_times_the_jump() {
     let tree = tree();
-    let ray = Ray::new(&tree, [0.7, 0.2], 1.0);
+    let ray = Ray::new(&tree, [0.7, 0.2], [0.0, 1.0]);
     let slope = 1.0 / 1.01_f64.sqrt();
     let expected = TUNING.surfaces.smooth_margin * 3.0 * 2e-3 / slope;
     let [[z, error, along]] = ray.crossings[..] else { panic!("{ray:?}") };
@@ -44,7 +44,7 @@ fn the_error_of_a_crossing_is_its_displacement_times_the_jump() {
 fn an_unresolved_cell_is_wrong_by_half_of_its_jump() {
     let grid = Grid { edges: [1.0; 3], base: [1; 3], finest: 2 };
     let tree = Octree::new(grid, vec![((0, [0; 3]), Leaf::Unresolved(0, 2.0))]);
-    let ray = Ray::new(&tree, [0.5; 2], 1.0);
+    let ray = Ray::new(&tree, [0.5; 2], [0.0, 1.0]);
     assert_eq!(ray.unresolved_leaves, [0]);
     assert!((ray.error_of_surfaces() - 1.0).abs() < 1e-12);
 }
