@@ -2,7 +2,7 @@
 
 use super::ellipsoid::Ellipsoid;
 use super::frame::GeometryError;
-use super::surroundings::Observer;
+use super::observer::Observer;
 use super::vector::{difference, dot, norm};
 
 /// A shape that contains all emission: lines of sight are cut to it.

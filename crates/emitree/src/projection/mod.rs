@@ -24,6 +24,7 @@ mod region;
 mod singularity;
 mod surroundings;
 pub(crate) mod map;
+mod observer;
 pub(crate) mod path;
 mod plane;
 pub(crate) mod rows;

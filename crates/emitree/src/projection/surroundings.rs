@@ -6,6 +6,7 @@ use super::MappedPoint;
 use super::bounds::Bounds;
 use super::edge::Edge;
 use super::ellipsoid::Ellipsoid;
+pub(super) use super::observer::Observer;
 use super::region::Region;
 use super::singularity::Singularity;
 use super::span::{Depth, Span};
@@ -27,15 +28,6 @@ const LEAST_GAP_STEP: f64 = 0.04;
 const BESIDE_BODY: f64 = 1e-9;
 /// The number of points beside a body, half of them on each side.
 pub(super) const POINTS_OF_GAP: usize = 10;
-
-/// Where lines of sight begin.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Observer {
-    /// All lines begin at one point.
-    Point([f64; 3]),
-    /// Lines along one direction begin on the plane across it through a point.
-    Parallel { plane_point: [f64; 3], direction: [f64; 3] },
-}
 
 /// What the lines of sight of a camera meet. Returned by
 /// [`ViewGeometry::surroundings`](super::ViewGeometry::surroundings) for the charts of a view.
