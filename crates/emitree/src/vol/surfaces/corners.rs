@@ -8,6 +8,36 @@ use crate::vol::surfaces::search::{Failure, Guess, OpenCell, Search, bit};
 use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
+use std::hash::Hash;
+
+/// Points that are not known yet, in the order of the cells, each with its region if all cells infer the same one.
+pub(super) struct NewPoints<K> {
+    points: Vec<(K, [f64; 3], Option<Label>)>,
+    numbers: FxHashMap<K, usize>,
+}
+
+impl<K> Default for NewPoints<K> {
+    fn default() -> Self {
+        Self { points: Vec::new(), numbers: FxHashMap::default() }
+    }
+}
+
+impl<K: Eq + Hash + Copy> NewPoints<K> {
+    /// Adds what a cell infers at a point.
+    pub(super) fn add(&mut self, key: K, at: [f64; 3], inferred: Option<Label>) {
+        let next = self.points.len();
+        let number = *self.numbers.entry(key).or_insert(next);
+        match self.points.get_mut(number) {
+            Some((.., label)) => *label = label.filter(|_| *label == inferred),
+            None => self.points.push((key, at, inferred)),
+        }
+    }
+
+    /// The points, in their order.
+    pub(super) fn keys(&self) -> impl Iterator<Item = &K> {
+        self.points.iter().map(|(key, ..)| key)
+    }
+}
 
 impl Search<'_> {
     /// The cells with their corners, which are sampled or inferred, and with the samples inside them.
@@ -16,19 +46,11 @@ impl Search<'_> {
         level: u8,
         cells: BTreeMap<[u32; 3], Guess>,
     ) -> Result<Vec<OpenCell>, Failure> {
-        let mut missing = Vec::new();
-        for (corner, inferred) in self.new_corners(level, &cells) {
-            let Some(label) = inferred else {
-                missing.push(corner);
-                continue;
-            };
-            let sample = self.samples.add_inferred(self.grid.corner(corner), label);
-            self.corners.insert(corner, sample);
-        }
-        let points: Vec<[f64; 3]> =
-            missing.iter().map(|corner| self.grid.corner(*corner)).collect();
-        let samples = self.sample(&points).await?;
-        self.corners.extend(missing.into_iter().zip(samples));
+        let new = self.new_corners(level, &cells);
+        let corners: Vec<[u32; 3]> = new.keys().copied().collect();
+        let samples = self.sample_or_infer(new).await?;
+        self.corners.extend(corners.into_iter().zip(samples));
+        self.sample_ends(level, &cells).await?;
         let mut inside: FxHashMap<[u32; 3], Vec<usize>> = FxHashMap::default();
         for i in 0..self.samples.len() {
             let place = self.grid.cell_at(level, self.samples.get(i).at);
@@ -41,7 +63,7 @@ impl Search<'_> {
             let corners = corners.map(|corner| self.corners.get(&corner).copied().unwrap_or(0));
             let inside = inside.remove(&at).unwrap_or_default();
             let cell = (level, at);
-            OpenCell {
+            let mut cell = OpenCell {
                 cell,
                 corners,
                 inside,
@@ -49,7 +71,9 @@ impl Search<'_> {
                 facets: None,
                 is_done: false,
                 is_refuted: false,
-            }
+            };
+            self.add_ends(&mut cell);
+            cell
         };
         let mut cells: Vec<OpenCell> = cells.into_iter().map(open).collect();
         self.sample_unseen(&mut cells).await?;
@@ -69,33 +93,40 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// The corners of cells that are not known yet, in the order of the cells, each with its region if all cells
-    /// infer the same one.
-    fn new_corners(
-        &self,
-        level: u8,
-        cells: &BTreeMap<[u32; 3], Guess>,
-    ) -> Vec<([u32; 3], Option<Label>)> {
+    /// The corners of cells that are not known yet.
+    fn new_corners(&self, level: u8, cells: &BTreeMap<[u32; 3], Guess>) -> NewPoints<[u32; 3]> {
         let size = self.grid.cell_size(level);
-        let mut found: FxHashMap<[u32; 3], (usize, Option<Label>)> = FxHashMap::default();
+        let mut new = NewPoints::default();
         for (at, guess) in cells {
             for corner in self.corners_of((level, *at)) {
-                if self.corners.contains_key(&corner) {
-                    continue;
+                if !self.corners.contains_key(&corner) {
+                    let point = self.grid.corner(corner);
+                    new.add(corner, point, self.inferred(guess, point, size));
                 }
-                let inferred = self.inferred(guess, self.grid.corner(corner), size);
-                let number = found.len();
-                let (_, of_all) = found.entry(corner).or_insert((number, inferred));
-                *of_all = of_all.filter(|_| *of_all == inferred);
             }
         }
-        let mut order: Vec<_> = found.into_iter().collect();
-        order.sort_unstable_by_key(|(_, (number, _))| *number);
-        order.into_iter().map(|(corner, (_, label))| (corner, label)).collect()
+        new
+    }
+
+    /// Samples at new points: inferred where all cells agree, otherwise measured.
+    pub(super) async fn sample_or_infer<K: Eq + Hash + Copy>(
+        &mut self,
+        new: NewPoints<K>,
+    ) -> Result<Vec<usize>, Failure> {
+        let known = new
+            .points
+            .iter()
+            .map(|(_, at, label)| label.map(|label| self.samples.add_inferred(*at, label)));
+        let mut known: Vec<Option<usize>> = known.collect();
+        let missing = new.points.iter().filter(|(.., label)| label.is_none());
+        let missing: Vec<[f64; 3]> = missing.map(|(_, at, _)| *at).collect();
+        let mut measured = self.sample(&missing).await?.into_iter();
+        known.iter_mut().filter(|of| of.is_none()).for_each(|of| *of = measured.next());
+        Ok(known.into_iter().flatten().collect())
     }
 
     /// The region of a point that is far from the patches of the parent of a cell of this size.
-    fn inferred(&self, guess: &Guess, at: [f64; 3], size: f64) -> Option<Label> {
+    pub(super) fn inferred(&self, guess: &Guess, at: [f64; 3], size: f64) -> Option<Label> {
         let facets = guess.facets.as_deref()?;
         if guess.is_refuted || self.hides(at) {
             return None;

@@ -1,9 +1,10 @@
 //! Points of surfaces on the edges of cells whose ends are in different regions.
 
 use crate::projection::vector::{along, difference, norm};
+use crate::vol::surfaces::edges::edges;
 use crate::vol::surfaces::octree::{Facet, HIDDEN};
 use crate::vol::surfaces::roots::RootSearch;
-use crate::vol::surfaces::search::{Failure, LatticeLine, OpenCell, Search, SurfacePoint, bit};
+use crate::vol::surfaces::search::{Failure, LatticeLine, OpenCell, Search, SurfacePoint};
 use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashSet;
 
@@ -17,43 +18,33 @@ impl Search<'_> {
     ) -> Result<(), Failure> {
         let is_last = batch + 1 == TUNING.surfaces.batches;
         self.merge_equal(cells);
-        let mut found: Vec<(LatticeLine, u32, u32, RootSearch)> = Vec::new();
+        let mut found: Vec<(LatticeLine, [f64; 2], RootSearch)> = Vec::new();
         let mut seen = FxHashSet::default();
         for cell in cells.iter().filter(|cell| !cell.is_done) {
-            let (_, step) = self.grid.corners(cell.cell);
-            let corners = self.corners_of(cell.cell);
-            for axis in 0..3 {
-                for c in (0..8).filter(|c| bit(*c, axis) == 0) {
-                    let ends = [c, c | (1 << axis)];
-                    let samples = ends.map(|end| cell.corners[end]);
-                    let labels = samples.map(|i| self.samples.label(i));
-                    if labels[0] == labels[1] || labels.contains(&HIDDEN) {
-                        continue;
-                    }
-                    let low = corners[c];
-                    let turn = low.map(|k| k / step);
-                    let number = 5 * turn[0] + 3 * turn[1] + 7 * turn[2];
-                    let own = (number as usize + axis) % TUNING.surfaces.batches;
-                    if !is_last && own != batch {
-                        continue;
-                    }
-                    let line = (axis, others(axis, low));
-                    let [from, to] = [low[axis], low[axis] + step];
-                    let known = self.lines.get(&line).into_iter().flatten();
-                    let is_known = known
-                        .into_iter()
-                        .any(|(at, _)| (f64::from(from)..=f64::from(to)).contains(at));
-                    if is_known || !seen.insert((line, from)) {
-                        continue;
-                    }
-                    let search = self.root_search(cell, ends.map(|end| corners[end]), samples);
-                    found.push((line, from, step, search));
+            let (low, step) = self.grid.corners(cell.cell);
+            for edge in edges(low, step) {
+                let [from, to] = self.ends_of(cell, &edge);
+                let samples = [from.1, to.1];
+                let labels = samples.map(|i| self.samples.label(i));
+                if labels[0] == labels[1] || labels.contains(&HIDDEN) {
+                    continue;
                 }
+                if !is_last && edge.batch() != batch {
+                    continue;
+                }
+                let places = [from.0, to.0];
+                let known = self.lines.get(&edge.line).into_iter().flatten();
+                let is_known =
+                    known.into_iter().any(|(at, _)| (places[0]..=places[1]).contains(at));
+                if is_known || !seen.insert((edge.line, edge.from)) {
+                    continue;
+                }
+                found.push((edge.line, places, self.root_search(cell, samples)));
             }
         }
         self.run_searches(&mut found).await?;
         self.measure(found.iter().flat_map(|(.., search)| search.samples)).await?;
-        for (line, from, step, search) in found {
+        for (line, [from, to], search) in found {
             let [low, high] = search.samples;
             let labels = [low, high].map(|i| self.samples.label(i));
             if labels[0] == labels[1] || labels.contains(&HIDDEN) {
@@ -78,7 +69,7 @@ impl Search<'_> {
             }
             self.samples.note_border(a, b, true);
             let (at, point) = search.root();
-            let place = f64::from(from) + at * f64::from(step);
+            let place = from + at * (to - from);
             let number = self.points.len();
             self.points.push(SurfacePoint { at: point, samples: [low, high], axis: line.0 });
             self.lines.entry(line).or_default().push((place, number));
@@ -89,18 +80,16 @@ impl Search<'_> {
     /// Makes one region of those between which G does not jump.
     fn merge_equal(&mut self, cells: &[OpenCell]) {
         for cell in cells {
-            for axis in 0..3 {
-                for c in (0..8).filter(|c| bit(*c, axis) == 0) {
-                    let ends = [cell.corners[c], cell.corners[c | (1 << axis)]];
-                    let [a, b] = ends.map(|i| self.samples.label(i));
-                    let [from, to] = ends.map(|i| self.samples.get(i).rate);
-                    if a != b
-                        && ends.iter().all(|&i| self.samples.is_measured(i))
-                        && ![a, b].contains(&HIDDEN)
-                        && (to - from).abs() <= self.samples.negligible
-                    {
-                        self.samples.note_border(a, b, false);
-                    }
+            let (low, step) = self.grid.corners(cell.cell);
+            for edge in edges(low, step) {
+                let ends = self.ends_of(cell, &edge).map(|(_, sample)| sample);
+                let [a, b] = ends.map(|i| self.samples.label(i));
+                let [from, to] = ends.map(|i| self.samples.get(i).rate);
+                if a != b
+                    && ends.iter().all(|&i| self.samples.is_measured(i))
+                    && (to - from).abs() <= self.samples.negligible
+                {
+                    self.samples.note_border(a, b, false);
                 }
             }
         }
@@ -109,7 +98,7 @@ impl Search<'_> {
     /// Evaluates brackets until all are narrow enough.
     async fn run_searches(
         &mut self,
-        found: &mut [(LatticeLine, u32, u32, RootSearch)],
+        found: &mut [(LatticeLine, [f64; 2], RootSearch)],
     ) -> Result<(), Failure> {
         loop {
             let next: Vec<(usize, [f64; 3])> = found
@@ -124,19 +113,14 @@ impl Search<'_> {
             let samples = self.sample(&points).await?;
             for ((i, _), sample) in next.into_iter().zip(samples) {
                 let label = self.samples.label(sample);
-                found[i].3.update(sample, label);
+                found[i].2.update(sample, label);
             }
         }
     }
 
-    /// The bracket of an edge, from the patches of the cell or of its parent.
-    fn root_search(
-        &self,
-        cell: &OpenCell,
-        corners: [[u32; 3]; 2],
-        samples: [usize; 2],
-    ) -> RootSearch {
-        let ends = corners.map(|corner| self.grid.corner(corner));
+    /// The bracket between two samples on an edge, from the patches of the cell or of its parent.
+    fn root_search(&self, cell: &OpenCell, samples: [usize; 2]) -> RootSearch {
+        let ends = samples.map(|i| self.samples.get(i).at);
         let labels = samples.map(|i| self.samples.label(i));
         let size = self.grid.cell_size(cell.cell.0);
         let facet = [cell.facets.as_deref(), cell.guess.facets.as_deref()]
@@ -184,9 +168,4 @@ impl Search<'_> {
         }
         0.5 * (low + high)
     }
-}
-
-/// The places on the other two axes.
-fn others(axis: usize, [x, y, z]: [u32; 3]) -> [u32; 2] {
-    [[y, z], [x, z], [x, y]][axis]
 }

@@ -15,8 +15,8 @@
 //! * `roots`: points of surfaces on edges of cells;
 //! * `focus`, `extent`: the part of the view that is not constant; `start`: the first samples;
 //! * `target`: the error allowed in the first division into leaves;
-//! * `search`, `corners`, `regions`, `borders`, `cut_edges`, `points`, `facets`, `leaves`, `faces`: the division into
-//!   leaves: regions of the base lattice, regions that are one, points of surfaces on the edges of cells, patches
+//! * `search`, `edges`, `corners`, `regions`, `borders`, `cut_edges`, `points`, `facets`, `leaves`, `faces`: the division into
+//!   leaves: edges up to bounds, regions of the base lattice, regions that are one, points of surfaces on edges, patches
 //!   of cells, what becomes of a cell, the continuation of patches through faces;
 //! * `polynomial`, `boxes`, `outline`, `pieces`: G within each region, by polynomials in boxes around it;
 //! * `crossings`, `beam`, `rays`, `model`, `pixel`, `raster`: lines of sight, pixels and their errors;
@@ -39,6 +39,7 @@ mod roots;
 mod points;
 mod target;
 mod search;
+mod edges;
 mod corners;
 mod cut_edges;
 mod focus;

@@ -3,6 +3,7 @@
 use crate::vol::lowrank::WeightedView;
 use crate::vol::sampling::Stop;
 use crate::vol::surfaces::aim::Aim;
+use crate::vol::surfaces::edges::Ends;
 use crate::vol::surfaces::octree::{Cell, Facet, Grid, HIDDEN, Label, Leaf, region};
 use crate::vol::surfaces::samples::Samples;
 use crate::vol::tuning::TUNING;
@@ -104,6 +105,8 @@ pub(super) struct Search<'a> {
     pub(super) corners: FxHashMap<[u32; 3], usize>,
     pub(super) points: Vec<SurfacePoint>,
     pub(super) lines: FxHashMap<LatticeLine, Vec<(f64, usize)>>,
+    /// The last points of edges that lines of sight reach.
+    pub(super) ends: Ends,
     pub(super) leaves: BTreeMap<Cell, Leaf>,
     /// The evaluations that may be made.
     pub(super) left: u64,
@@ -120,7 +123,7 @@ impl<'a> Search<'a> {
         samples: Samples,
         left: u64,
     ) -> Self {
-        let (corners, lines) = (FxHashMap::default(), FxHashMap::default());
+        let (corners, lines, ends) = (FxHashMap::default(), FxHashMap::default(), Ends::default());
         let (points, leaves) = (Vec::new(), BTreeMap::new());
         let most_nodes = u64::MAX;
         Self {
@@ -132,6 +135,7 @@ impl<'a> Search<'a> {
             corners,
             points,
             lines,
+            ends,
             leaves,
             left,
             most_nodes,
