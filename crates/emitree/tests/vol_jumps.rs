@@ -38,21 +38,21 @@ fn rows_of_latitudes() {
 
 #[test]
 fn a_polar_view() {
-    check("polar", false, "bounds", 4747);
+    check("polar", false, "bounds", 4939);
     check("polar", true, "nothing", 4946);
 }
 
 /// 45,393 with spherical bounds (from further away) and 155,316 from inside by image trees.
 #[test]
 fn a_disc() {
-    check("fisheye", false, "bounds", 4886);
+    check("fisheye", false, "bounds", 4842);
     check("fisheye", true, "nothing", 4465);
 }
 
 /// 14,431 from inside by image trees.
 #[test]
 fn twelve_faces() {
-    check("healpix", false, "bounds", 4486);
+    check("healpix", false, "bounds", 4608);
     check("healpix", true, "nothing", 10_056);
 }
 

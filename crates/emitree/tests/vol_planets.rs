@@ -29,12 +29,12 @@ fn check(seeds: &[u64], evaluations: u64) {
 
 #[test]
 fn orthographic_views() {
-    check(&[0, 2, 6, 10], 33_034);
+    check(&[0, 2, 6, 10], 32_767);
 }
 
 #[test]
 fn perspective_views() {
-    check(&[1, 5, 7, 15], 50_388);
+    check(&[1, 5, 7, 15], 49_306);
 }
 
 /// A shape that one of 2,161 evaluations met, among the first samples of charts whose coordinates then changed: it was missing in

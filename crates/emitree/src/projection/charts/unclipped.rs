@@ -13,7 +13,7 @@ use crate::projection::{MappedPoint, Region};
 const LINES: usize = 33;
 /// The least mean share of a line of sight inside the bounds. A thin layer is better resolved by coordinates that begin
 /// and end at it.
-const LEAST_SHARE: f64 = 0.2;
+const LEAST_SHARE: f64 = 0.015;
 /// Ends that differ by less than this share of their distance are the same.
 const SAME: f64 = 1e-6;
 
@@ -33,18 +33,16 @@ impl CommonEnds {
     pub(crate) fn of(chart: &dyn Chart, surroundings: &Surroundings) -> Option<Self> {
         let [mut from, mut to] = surroundings.distances_inside_bounds()?;
         let place = |k: usize| k as f64 / (LINES - 1) as f64;
-        let ends_of_line = |k: usize| {
-            let line = chart.line([place(k % LINES), place(k / LINES)])?;
-            let [enter, leave] = line.ends;
-            (enter < leave).then_some([enter, leave])
-        };
-        let inside: Vec<[f64; 2]> = (0..LINES * LINES).filter_map(ends_of_line).collect();
+        let line = |k: usize| chart.line([place(k % LINES), place(k / LINES)]);
+        let lines: Vec<[f64; 2]> = (0..LINES * LINES).filter_map(line).map(|of| of.ends).collect();
+        let is_inside = |[enter, leave]: &&[f64; 2]| enter < leave;
+        let inside: Vec<[f64; 2]> = lines.iter().filter(is_inside).copied().collect();
+        // The ends of lines change smoothly but for the limb.
+        if inside.len() == lines.len() && surroundings.is_within_ellipsoid() {
+            return None;
+        }
         let are_all_inside = inside.len() == LINES * LINES;
         if are_all_inside {
-            // The ends of lines change smoothly but for the limb.
-            if surroundings.is_within_ellipsoid() {
-                return None;
-            }
             let [first, last] = reach(&inside);
             [from, to] = [from.max(first), to.min(last)];
         }
@@ -246,7 +244,7 @@ mod tests {
             let within = Orthographic::new(viewpoint, [0.2; 2], [-INFINITE, INFINITE]).unwrap();
             assert!(unclipped(&within.with_bounds(bounds)).is_none());
         }
-        let layer = Bounds::cuboid([-9.0, -9.0, -0.1], [9.0, 9.0, 0.1]).unwrap();
+        let layer = Bounds::cuboid([-9.0, -9.0, -0.01], [9.0, 9.0, 0.01]).unwrap();
         let oblique =
             Viewpoint { position: [0.0, 5.0, 5.0], target: [0.0; 3], up: [0.0, 0.0, 1.0] };
         let camera = Orthographic::new(oblique, [4.0; 2], [-INFINITE, INFINITE]).unwrap();

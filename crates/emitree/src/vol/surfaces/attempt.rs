@@ -14,16 +14,13 @@ use crate::vol::surfaces::octree::{Cell, Grid, HIDDEN};
 use crate::vol::surfaces::pixel::KnownLines;
 use crate::vol::surfaces::raster::Maps;
 use crate::vol::surfaces::samples::Samples;
-use crate::vol::surfaces::search::{Failure, Reason, Search};
+use crate::vol::surfaces::search::{Failure, Reason, Search, of_tolerance};
 use crate::vol::surfaces::start::{Request, Start};
 use crate::vol::surfaces::visible::Visible;
 use crate::vol::tuning::TUNING;
 
 /// The most corners of a lattice that is refined, which has eight times as many then.
 const MOST_REFINED: usize = 1024;
-/// The most nodes of the pieces of a region at 1 %, if the lattice can be refined. Images within the tolerance have up to 241. With
-/// half as many some searches are repeated that would end soon, and trees are cheap there.
-const NODES_OF_SEARCH: f64 = 3000.0;
 
 /// The image of surfaces and the pieces beside them.
 #[derive(Debug)]
@@ -95,9 +92,7 @@ pub(super) async fn locate<'a>(
         let samples = Samples::new(0.25 * grid.cell_size(0), negligible);
         let mut search = Search::new(request.view, grid, aim, tolerance, samples, left);
         let can_be_finer = start.base.corners() <= MOST_REFINED;
-        if can_be_finer {
-            search.most_nodes = of_tolerance(NODES_OF_SEARCH, tolerance);
-        }
+        search.can_be_finer = can_be_finer;
         match search.converge(&start).await {
             Ok(found) => {
                 return Ok(found.map(|(model, maps)| Located { search, model, maps }));
@@ -109,13 +104,6 @@ pub(super) async fn locate<'a>(
             Err(failure) => return Err(failure),
         }
     }
-}
-
-/// A limit at 1 % as one at another tolerance.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "far below 2⁶⁴")]
-fn of_tolerance(at_a_hundredth: f64, tolerance: f64) -> u64 {
-    let allowed = 1e-2 / tolerance.max(1e-6);
-    (at_a_hundredth * allowed.powf(TUNING.surfaces.growth)) as u64
 }
 
 impl Search<'_> {

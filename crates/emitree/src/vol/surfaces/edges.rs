@@ -22,13 +22,13 @@ pub(super) struct Edge {
     pub(super) line: LatticeLine,
     /// The place of its first corner on the line, and its length, in steps of the finest level.
     pub(super) from: u32,
-    pub(super) step: u32,
+    step: u32,
     /// The corners of the cell at its ends.
     corners: [usize; 2],
 }
 
 impl Edge {
-    /// The batch of points that those of the edge belong to, such that the edges of a cell are in different ones.
+    /// The batch in which its points are found, which does not depend on the cell.
     pub(super) fn batch(&self) -> usize {
         let (axis, [a, b]) = self.line;
         let at: [u32; 3] = match axis {

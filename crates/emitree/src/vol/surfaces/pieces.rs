@@ -5,11 +5,16 @@ use crate::vol::surfaces::boxes::OpenBox;
 use crate::vol::surfaces::octree::{Cell, Label, Octree};
 use crate::vol::surfaces::outline::Outline;
 use crate::vol::surfaces::polynomial::Polynomial;
-use crate::vol::surfaces::search::{Failure, Search};
+use crate::vol::surfaces::search::{Failure, Search, of_tolerance};
 use crate::vol::tuning::TUNING;
 
 /// The most boxes of a region: a search without this limit made 78,000 and took minutes.
 const MOST_NODES: usize = 1 << 15;
+/// The most nodes of the pieces of a region at 1 %, if the lattice can be refined. Images within the tolerance have up to 241. With
+/// half as many some searches are repeated that would end soon, and trees are cheap there.
+const NODES_OF_REGION: f64 = 3000.0;
+/// As many if there is no other region, so that no surfaces are between the corners of the lattice.
+const NODES_WITHOUT_SURFACES: f64 = 300.0;
 
 /// A box with a polynomial, or two halves.
 #[derive(Clone, Debug)]
@@ -86,6 +91,14 @@ impl Pieces {
 }
 
 impl Search<'_> {
+    /// The number of nodes of a region above which G probably jumps in it between the corners of a lattice that can be refined.
+    fn most_nodes(&self) -> usize {
+        let has_surfaces = self.samples.regions() > 1;
+        let most = if has_surfaces { NODES_OF_REGION } else { NODES_WITHOUT_SURFACES };
+        let most = if self.can_be_finer { of_tolerance(most, self.tolerance) } else { u64::MAX };
+        usize::try_from(most).unwrap_or(usize::MAX)
+    }
+
     /// The polynomials of a region; or the cells in which values of other regions were found, as far as they
     /// can be divided.
     pub(super) async fn pieces(
@@ -105,6 +118,7 @@ impl Search<'_> {
         };
         let mut nodes: Vec<Node> = vec![first.zero().into()];
         let mut open = vec![first];
+        let most_nodes = self.most_nodes();
         while !open.is_empty() {
             if nodes.len() > MOST_NODES {
                 return Err(Failure::TooComplex);
@@ -183,7 +197,7 @@ impl Search<'_> {
                 next.extend(halves);
             }
             // More and more boxes from level to level: G is not smooth in them.
-            if nodes.len() as u64 > self.most_nodes && next.len() > boxes {
+            if nodes.len() > most_nodes && next.len() > boxes {
                 return Err(Failure::TooManyPieces);
             }
             open = next;

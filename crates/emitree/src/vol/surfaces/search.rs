@@ -110,8 +110,8 @@ pub(super) struct Search<'a> {
     pub(super) leaves: BTreeMap<Cell, Leaf>,
     /// The evaluations that may be made.
     pub(super) left: u64,
-    /// The most nodes of the pieces of a region.
-    pub(super) most_nodes: u64,
+    /// Whether a search from a finer lattice may follow.
+    pub(super) can_be_finer: bool,
 }
 
 impl<'a> Search<'a> {
@@ -125,7 +125,6 @@ impl<'a> Search<'a> {
     ) -> Self {
         let (corners, lines, ends) = (FxHashMap::default(), FxHashMap::default(), Ends::default());
         let (points, leaves) = (Vec::new(), BTreeMap::new());
-        let most_nodes = u64::MAX;
         Self {
             view,
             grid,
@@ -138,7 +137,7 @@ impl<'a> Search<'a> {
             ends,
             leaves,
             left,
-            most_nodes,
+            can_be_finer: false,
         }
     }
 
@@ -387,6 +386,13 @@ impl<'a> Search<'a> {
         }
         Ok(())
     }
+}
+
+/// A limit at 1 % as one at another tolerance.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "far below 2⁶⁴")]
+pub(super) fn of_tolerance(at_a_hundredth: f64, tolerance: f64) -> u64 {
+    let allowed = 1e-2 / tolerance.max(1e-6);
+    (at_a_hundredth * allowed.powf(TUNING.surfaces.growth)) as u64
 }
 
 /// Bit `k` of a corner's number.
