@@ -48,7 +48,8 @@ def check_exceptions(executor):
 
 def check_lost_worker(executor, folder):
     """A worker is killed in the middle: what it had been given is evaluated again, nothing else."""
-    watched = Watched(folder, dies_at=20)
+    # On a machine with other load there are few more calls than batches, 13.
+    watched = Watched(folder, dies_at=8)
     found = render(watched, executor=executor)
     assert_same(render(peak), found)
     # Engines start a new worker: if that takes long, parts that wait for it are repeated, too.

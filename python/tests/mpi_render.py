@@ -27,7 +27,7 @@ def main():
     folder, task = pathlib.Path(sys.argv[1]), sys.argv[2]
     with MPIPoolExecutor() as executor:
         if task == "killed":
-            cached(executor, folder, dies_at=20)
+            cached(executor, folder, dies_at=8)
         elif task == "cached":
             cached(executor, folder)
         else:

@@ -57,9 +57,6 @@ fn others(axis: usize, [x, y, z]: [u32; 3]) -> [u32; 2] {
     [[y, z], [x, z], [x, y]][axis]
 }
 
-/// The ends of edges at bounds and limbs: on each line of the lattice the places, with the numbers of samples.
-pub(super) type Ends = FxHashMap<LatticeLine, Vec<(f64, usize)>>;
-
 impl Search<'_> {
     /// The ends of an edge that lines of sight reach: their places on the line, and the samples there.
     pub(super) fn ends_of(&self, cell: &OpenCell, edge: &Edge) -> [(f64, usize); 2] {

@@ -3,7 +3,6 @@
 use crate::vol::lowrank::WeightedView;
 use crate::vol::sampling::Stop;
 use crate::vol::surfaces::aim::Aim;
-use crate::vol::surfaces::edges::Ends;
 use crate::vol::surfaces::octree::{Cell, Facet, Grid, HIDDEN, Label, Leaf, region};
 use crate::vol::surfaces::samples::Samples;
 use crate::vol::tuning::TUNING;
@@ -55,6 +54,9 @@ pub(super) struct SurfacePoint {
 /// A line of the lattice of the finest level: its axis, and its place on the other two.
 pub(super) type LatticeLine = (usize, [u32; 2]);
 
+/// Samples or points on these lines: their places, and their numbers.
+pub(super) type OnLines = FxHashMap<LatticeLine, Vec<(f64, usize)>>;
+
 /// What a cell has from its parent.
 #[derive(Clone, Debug)]
 pub(super) struct Guess {
@@ -104,9 +106,10 @@ pub(super) struct Search<'a> {
     pub(super) samples: Samples,
     pub(super) corners: FxHashMap<[u32; 3], usize>,
     pub(super) points: Vec<SurfacePoint>,
-    pub(super) lines: FxHashMap<LatticeLine, Vec<(f64, usize)>>,
-    /// The last points of edges that lines of sight reach.
-    pub(super) ends: Ends,
+    /// The points of surfaces on edges.
+    pub(super) lines: OnLines,
+    /// The samples at the last points of edges that lines of sight reach.
+    pub(super) ends: OnLines,
     pub(super) leaves: BTreeMap<Cell, Leaf>,
     /// The evaluations that may be made.
     pub(super) left: u64,
@@ -123,7 +126,7 @@ impl<'a> Search<'a> {
         samples: Samples,
         left: u64,
     ) -> Self {
-        let (corners, lines, ends) = (FxHashMap::default(), FxHashMap::default(), Ends::default());
+        let (corners, lines, ends) = (FxHashMap::default(), OnLines::default(), OnLines::default());
         let (points, leaves) = (Vec::new(), BTreeMap::new());
         Self {
             view,
