@@ -10,8 +10,8 @@ use crate::vol::tuning::TUNING;
 
 /// The most boxes of a region: a search without this limit made 78,000 and took minutes.
 const MOST_NODES: usize = 1 << 15;
-/// The most nodes of the pieces of a region at 1 %, if the lattice can be refined. Images within the tolerance have up to 241. With
-/// half as many some searches are repeated that would end soon, and trees are cheap there.
+/// The most nodes of the pieces of a region at 1 %, if the lattice can be refined. Images within the tolerance have up
+/// to 241. With half as many some searches are repeated that would end soon, and trees are cheap there.
 const NODES_OF_REGION: f64 = 3000.0;
 /// As many if there is no other region, so that no surfaces are between the corners of the lattice.
 const NODES_WITHOUT_SURFACES: f64 = 300.0;
@@ -91,7 +91,8 @@ impl Pieces {
 }
 
 impl Search<'_> {
-    /// The number of nodes of a region above which G probably jumps in it between the corners of a lattice that can be refined.
+    /// The number of nodes of a region above which G probably jumps in it between the corners of a lattice that can be
+    /// refined.
     fn most_nodes(&self) -> usize {
         let has_surfaces = self.samples.regions() > 1;
         let most = if has_surfaces { NODES_OF_REGION } else { NODES_WITHOUT_SURFACES };
