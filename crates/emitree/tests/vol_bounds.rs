@@ -173,7 +173,7 @@ fn a_ball_in_a_box_is_seen_from_inside() {
 
 #[test]
 fn a_ball_in_a_sphere_is_seen_from_outside() {
-    check(&BALL, &pinhole([3.0, -5.0, 2.0], 0.42, sphere()), 3_507);
+    check(&BALL, &pinhole([3.0, -5.0, 2.0], 0.42, sphere()), 3_506);
 }
 
 #[test]

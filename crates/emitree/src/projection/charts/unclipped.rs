@@ -33,16 +33,18 @@ impl CommonEnds {
     pub(crate) fn of(chart: &dyn Chart, surroundings: &Surroundings) -> Option<Self> {
         let [mut from, mut to] = surroundings.distances_inside_bounds()?;
         let place = |k: usize| k as f64 / (LINES - 1) as f64;
-        let line = |k: usize| chart.line([place(k % LINES), place(k / LINES)]);
-        let lines: Vec<[f64; 2]> = (0..LINES * LINES).filter_map(line).map(|of| of.ends).collect();
-        let is_inside = |[enter, leave]: &&[f64; 2]| enter < leave;
-        let inside: Vec<[f64; 2]> = lines.iter().filter(is_inside).copied().collect();
-        // The ends of lines change smoothly but for the limb.
-        if inside.len() == lines.len() && surroundings.is_within_ellipsoid() {
-            return None;
-        }
+        let ends_of_line = |k: usize| {
+            let line = chart.line([place(k % LINES), place(k / LINES)])?;
+            let [enter, leave] = line.ends;
+            (enter < leave).then_some([enter, leave])
+        };
+        let inside: Vec<[f64; 2]> = (0..LINES * LINES).filter_map(ends_of_line).collect();
         let are_all_inside = inside.len() == LINES * LINES;
         if are_all_inside {
+            // The ends of lines change smoothly but for the limb.
+            if surroundings.is_within_ellipsoid() {
+                return None;
+            }
             let [first, last] = reach(&inside);
             [from, to] = [from.max(first), to.min(last)];
         }

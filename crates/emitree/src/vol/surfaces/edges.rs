@@ -4,11 +4,10 @@
 //! by samples at the last points of edges that lines of sight reach.
 
 use crate::projection::vector::{along, difference};
-use crate::vol::surfaces::corners::NewPoints;
-use crate::vol::surfaces::search::{Failure, Guess, LatticeLine, OpenCell, Search, bit};
+use crate::vol::surfaces::inferred::NewPoints;
+use crate::vol::surfaces::search::{Failure, LatticeLine, OpenCell, Search, bit};
 use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashMap;
-use std::collections::BTreeMap;
 
 /// The halvings of an edge until its end is known.
 const HALVINGS: usize = 24;
@@ -81,31 +80,28 @@ impl Search<'_> {
     pub(super) async fn sample_ends(
         &mut self,
         level: u8,
-        cells: &BTreeMap<[u32; 3], Guess>,
+        cells: &[OpenCell],
     ) -> Result<(), Failure> {
         if self.aim.visible.is_none() {
             return Ok(());
         }
         let size = self.grid.cell_size(level);
         let (mut new, mut places) = (NewPoints::default(), FxHashMap::default());
-        for (at, guess) in cells {
-            let corners = self.corners_of((level, *at));
-            let (low, step) = self.grid.corners((level, *at));
-            let is_hidden = corners.map(|corner| self.hides(self.grid.corner(corner)));
+        for cell in cells {
+            let (low, step) = self.grid.corners(cell.cell);
             for edge in edges(low, step) {
-                let [a, b] = edge.corners;
-                if is_hidden[a] == is_hidden[b] || self.end_on(&edge).is_some() {
+                let [a, b] = self.ends_of(cell, &edge);
+                let is_hidden = [a, b].map(|(_, sample)| self.samples.is_hidden(sample));
+                if is_hidden[0] == is_hidden[1] {
                     continue;
                 }
-                let [seen, hidden] = if is_hidden[a] { [b, a] } else { [a, b] };
-                let ends = [seen, hidden].map(|corner| corners[corner]);
-                let [from, to] = ends.map(|corner| self.grid.corner(corner));
+                let [seen, hidden] = if is_hidden[0] { [b, a] } else { [a, b] };
+                let [from, to] = [seen, hidden].map(|(_, sample)| self.samples.get(sample).at);
                 let share = self.share_in_view(from, to);
                 let point = along(from, share, difference(to, from));
-                let [first, last] = ends.map(|corner| f64::from(corner[edge.line.0]));
                 let key = (edge.line, edge.from);
-                places.insert(key, first + share * (last - first));
-                new.add(key, point, self.inferred(guess, point, size));
+                places.insert(key, seen.0 + share * (hidden.0 - seen.0));
+                new.add(key, point, self.inferred(&cell.guess, point, size));
             }
         }
         let keys: Vec<(LatticeLine, u32)> = new.keys().copied().collect();

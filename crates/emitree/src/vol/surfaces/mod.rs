@@ -15,7 +15,7 @@
 //! * `roots`: points of surfaces on edges of cells;
 //! * `focus`, `extent`: the part of the view that is not constant; `start`: the first samples;
 //! * `target`: the error allowed in the first division into leaves;
-//! * `search`, `edges`, `corners`, `regions`, `borders`, `cut_edges`, `points`, `facets`, `leaves`, `faces`: the division into
+//! * `search`, `inferred`, `edges`, `corners`, `regions`, `borders`, `cut_edges`, `points`, `facets`, `leaves`, `faces`: the division into
 //!   leaves: edges up to bounds, regions of the base lattice, regions that are one, points of surfaces on edges, patches
 //!   of cells, what becomes of a cell, the continuation of patches through faces;
 //! * `polynomial`, `boxes`, `outline`, `pieces`: G within each region, by polynomials in boxes around it;
@@ -39,6 +39,7 @@ mod roots;
 mod points;
 mod target;
 mod search;
+mod inferred;
 mod edges;
 mod corners;
 mod cut_edges;

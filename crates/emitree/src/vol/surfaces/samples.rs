@@ -300,17 +300,14 @@ impl Samples {
     }
 
     /// Whether a value differs from what a region predicts, by more than `least` and than from what another
-    /// region does: one nearby, or one of constant values anywhere.
+    /// region does.
     pub(super) fn is_foreign(&self, at: [f64; 3], rate: f64, label: Label, least: f64) -> bool {
         let predicted = self.predictions(at, 8 * TUNING.surfaces.nearest_samples);
         let misfit = |of: &Predicted| (rate - of.rate).abs();
         let [own, others]: [Vec<&Predicted>; 2] = [true, false]
             .map(|own| predicted.iter().filter(|of| (of.label == label) == own).collect());
         let own = own.first().map_or(f64::INFINITY, |of| misfit(of));
-        let mut other = others.into_iter().map(misfit).fold(f64::INFINITY, f64::min);
-        if self.constant(rate).is_some_and(|of| of != label) {
-            other = 0.0;
-        }
+        let other = others.into_iter().map(misfit).fold(f64::INFINITY, f64::min);
         own > least && 2.0 * other < own
     }
 
