@@ -10,21 +10,62 @@ use crate::vol::surfaces::aim::Aim;
 use crate::vol::surfaces::octree::{Cell, Facet, Label, Leaf, Octree, is_smooth};
 use crate::vol::surfaces::search::{Failure, Search};
 use crate::vol::tuning::TUNING;
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// The distance of compared points from the face, in edges of the cell.
 const BESIDE: f64 = 1e-7;
 /// A jump is another one than that of a cell if it is larger by this factor.
 const LARGER: f64 = 1.5;
 
+/// The most leaves that a thread compares before others are shared out: most of them have no patches.
+const LEAVES_AT_ONCE: usize = 64;
+
 /// Two leaves that disagree at a point.
 #[derive(Clone, Copy, Debug)]
 struct Disagreement {
-    leaves: [usize; 2],
+    leaves: [Cell; 2],
     at: [f64; 3],
     labels: [Label; 2],
     /// The smaller distance of the two from the region of the other.
     clearance: f64,
+}
+
+/// A leaf compared with those around it.
+#[derive(Clone, Debug, Default)]
+struct Comparison {
+    beside: Vec<Cell>,
+    found: Vec<Disagreement>,
+}
+
+/// The last comparisons of all leaves: they need not be repeated for those that remain as they are, with all beside them.
+#[derive(Debug, Default)]
+pub(super) struct Comparisons {
+    leaves: FxHashMap<Cell, Leaf>,
+    all: FxHashMap<Cell, Comparison>,
+}
+
+impl Comparisons {
+    fn new(tree: &Octree, of_leaves: Vec<Comparison>) -> Self {
+        let cells = tree.leaves.iter().map(|(cell, _)| *cell);
+        let all = cells.zip(of_leaves).filter(|(_, of)| !of.beside.is_empty()).collect();
+        Self { leaves: tree.leaves.iter().cloned().collect(), all }
+    }
+
+    /// Compares all leaves with those around them.
+    fn repeat(&self, tree: &Octree, aim: &Aim<'_>) -> Vec<Comparison> {
+        let is_same = |(cell, leaf): &&(Cell, Leaf)| self.leaves.get(cell) == Some(leaf);
+        let same = tree.leaves.iter().filter(is_same).map(|(cell, _)| *cell);
+        let same: FxHashSet<Cell> = same.collect();
+        let numbers: Vec<usize> = (0..tree.leaves.len()).collect();
+        let compare = |&leaf: &usize| {
+            let cell = &tree.leaves[leaf].0;
+            let last = self.all.get(cell).filter(|of| {
+                same.contains(cell) && of.beside.iter().all(|other| same.contains(other))
+            });
+            last.cloned().unwrap_or_else(|| comparison(tree, aim, leaf))
+        };
+        numbers.par_iter().with_max_len(LEAVES_AT_ONCE).map(compare).collect()
+    }
 }
 
 impl Search<'_> {
@@ -55,24 +96,23 @@ impl Search<'_> {
     /// The leaves that are wrong beside a face, as far as they can be divided.
     pub(super) async fn disagreeing(&mut self) -> Result<Vec<Cell>, Failure> {
         let tree = self.octree();
-        let numbers: Vec<usize> = (0..tree.leaves.len()).collect();
-        let found = numbers.par_iter().map(|&leaf| disagreements(&tree, &self.aim, leaf));
-        let found: Vec<Vec<Disagreement>> = found.collect();
-        let mut found: Vec<Disagreement> = found.into_iter().flatten().collect();
+        let all = self.comparisons.repeat(&tree, &self.aim);
+        let mut found: Vec<Disagreement> =
+            all.iter().flat_map(|of| of.found.iter().copied()).collect();
+        self.comparisons = Comparisons::new(&tree, all);
         found.sort_by(|a, b| b.clearance.total_cmp(&a.clearance).then(a.leaves.cmp(&b.leaves)));
         let mut asked = Vec::new();
         let mut seen = FxHashSet::default();
         for of in found {
             let [a, b] = of.leaves;
-            let levels = of.leaves.map(|leaf| tree.leaves[leaf].0.0);
-            let is_finest = levels.iter().all(|level| *level == self.grid.finest);
+            let is_finest = of.leaves.iter().all(|(level, _)| *level == self.grid.finest);
             if !is_finest && seen.insert((a.min(b), a.max(b))) {
                 asked.push(of);
             }
         }
         let points: Vec<[f64; 3]> = asked.iter().map(|of| of.at).collect();
         let samples = self.sample(&points).await?;
-        let mut wrong: Vec<usize> = Vec::new();
+        let mut wrong: Vec<Cell> = Vec::new();
         for (of, sample) in asked.iter().zip(samples) {
             let label = self.samples.label(sample);
             let both = of.leaves.iter().zip(&of.labels);
@@ -80,22 +120,22 @@ impl Search<'_> {
         }
         wrong.sort_unstable();
         wrong.dedup();
-        let cells = wrong.into_iter().map(|leaf| tree.leaves[leaf].0);
-        Ok(cells.filter(|(level, _)| *level < self.grid.finest).collect())
+        wrong.retain(|(level, _)| *level < self.grid.finest);
+        Ok(wrong)
     }
 }
 
-/// The disagreements of a leaf with patches with those around it.
-fn disagreements(tree: &Octree, aim: &Aim<'_>, leaf: usize) -> Vec<Disagreement> {
+/// A leaf with patches compared with those around it.
+fn comparison(tree: &Octree, aim: &Aim<'_>, leaf: usize) -> Comparison {
     let (cell, own) = &tree.leaves[leaf];
-    let Leaf::Cut(facets) = own else { return Vec::new() };
+    let Leaf::Cut(facets) = own else { return Comparison::default() };
     let count = match is_smooth(facets) {
         true => TUNING.surfaces.face_points,
         false => TUNING.surfaces.face_points_beside_edges,
     };
     let spacing = tree.grid.cell_size(cell.0) / count as f64;
     let is_seen = |at: &[f64; 3]| tree.grid.contains(*at) && !aim.hides(&tree.grid, *at);
-    let mut found = Vec::new();
+    let (mut beside, mut found) = (Vec::new(), Vec::new());
     for turn in 0..6 {
         let (axis, side) = (turn / 2, turn % 2);
         for k in 0..count * count {
@@ -108,18 +148,21 @@ fn disagreements(tree: &Octree, aim: &Aim<'_>, leaf: usize) -> Vec<Disagreement>
             if !is_seen(&at) {
                 continue;
             }
-            let other = tree.find(at);
-            let (leaves, numbers) = ([own, &tree.leaves[other].1], [leaf, other]);
+            let (other_cell, other) = &tree.leaves[tree.find(at)];
+            if beside.last() != Some(other_cell) {
+                beside.push(*other_cell);
+            }
+            let (leaves, cells) = ([own, other], [*cell, *other_cell]);
             let middles = middles(leaves, at, spacing).into_iter().filter(is_seen);
             let all = core::iter::once(at).chain(middles);
-            found.extend(all.filter_map(|at| disagreement(leaves, numbers, at)));
+            found.extend(all.filter_map(|at| disagreement(leaves, cells, at)));
         }
     }
-    found
+    Comparison { beside, found }
 }
 
 /// What two leaves say of a point, if they disagree about it further than allowed.
-fn disagreement(leaves: [&Leaf; 2], numbers: [usize; 2], at: [f64; 3]) -> Option<Disagreement> {
+fn disagreement(leaves: [&Leaf; 2], cells: [Cell; 2], at: [f64; 3]) -> Option<Disagreement> {
     let labels = leaves.map(|of| of.region(at));
     if labels[0] == labels[1] || matches!(leaves[1], Leaf::Hidden) {
         return None;
@@ -140,7 +183,7 @@ fn disagreement(leaves: [&Leaf; 2], numbers: [usize; 2], at: [f64; 3]) -> Option
         true => TUNING.surfaces.smooth_face_distance,
         false => TUNING.surfaces.face_distance,
     };
-    (clearance > most).then_some(Disagreement { leaves: numbers, at, labels, clearance })
+    (clearance > most).then_some(Disagreement { leaves: cells, at, labels, clearance })
 }
 
 /// The points in the middle between two surfaces, one of each leaf and both between the same regions, that are near a

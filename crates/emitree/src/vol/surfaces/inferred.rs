@@ -3,6 +3,7 @@
 //! A cell is divided where its patches are not accurate enough, and most corners of its children are far
 //! from all of its surfaces. G is evaluated at those corners only when a bracket of a surface ends there.
 
+use crate::parallel::prelude::*;
 use crate::vol::surfaces::octree::{Label, region};
 use crate::vol::surfaces::search::{Failure, Guess, Search};
 use crate::vol::tuning::TUNING;
@@ -40,15 +41,18 @@ impl<K: Eq + Hash + Copy> NewPoints<K> {
 
 impl Search<'_> {
     /// Samples at new points: inferred where all cells agree, otherwise measured.
-    pub(super) async fn sample_or_infer<K: Eq + Hash + Copy>(
+    pub(super) async fn sample_or_infer<K: Eq + Hash + Copy + Sync>(
         &mut self,
         new: NewPoints<K>,
     ) -> Result<Vec<usize>, Failure> {
-        let known = new
-            .points
-            .iter()
-            .map(|(_, at, label)| label.map(|label| self.samples.add_inferred(*at, label)));
-        let mut known: Vec<Option<usize>> = known.collect();
+        let inferred = new.points.par_iter().map(|(_, at, label)| {
+            label.map(|label| (*at, self.samples.rate_near(*at, label), label))
+        });
+        let inferred: Vec<Option<([f64; 3], f64, Label)>> = inferred.collect();
+        let add = |of: Option<([f64; 3], f64, Label)>| {
+            of.map(|(at, rate, label)| self.samples.add_inferred(at, rate, label))
+        };
+        let mut known: Vec<Option<usize>> = inferred.into_iter().map(add).collect();
         let missing = new.points.iter().filter(|(.., label)| label.is_none());
         let missing: Vec<[f64; 3]> = missing.map(|(_, at, _)| *at).collect();
         let mut measured = self.sample(&missing).await?.into_iter();

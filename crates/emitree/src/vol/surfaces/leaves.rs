@@ -58,6 +58,9 @@ impl Search<'_> {
     /// nearly the same values.
     pub(super) fn faded(&self, cell: &OpenCell) -> Option<Leaf> {
         let labels = self.labels(cell);
+        if labels.len() < 2 {
+            return None;
+        }
         let [jump, error] = self.samples.largest_jump(self.grid.centre(cell.cell), &labels)?;
         let is_faded = !self.matters(cell, TUNING.surfaces.faded_cells * (jump + error));
         is_faded.then(|| Leaf::Unresolved(self.main_label(cell, &labels), jump))

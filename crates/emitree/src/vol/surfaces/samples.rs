@@ -40,9 +40,10 @@ const MOST_BEYOND: f64 = 2.0;
 #[derive(Debug)]
 pub(super) struct Samples {
     all: Vec<Sample>,
-    buckets: FxHashMap<[i32; 3], Vec<u32>>,
-    /// The edge of a bucket.
-    bucket: f64,
+    /// The samples by place, in buckets and, to be found faster where they are many, in small ones.
+    buckets: [FxHashMap<[i32; 3], Vec<u32>>; 2],
+    /// The edges of the buckets.
+    edges: [f64; 2],
     /// The region that each label stands for: regions whose values agree become one.
     merged: Vec<Label>,
     /// The least and the largest value with each label, and the number of its samples.
@@ -56,12 +57,17 @@ pub(super) struct Samples {
 
 /// The number of rings of buckets in which samples are searched for.
 const RINGS: i32 = 6;
+/// How much smaller small buckets are, and how many times the samples asked for a bucket has where they are used. Either
+/// way the same samples are found.
+const SMALLER: f64 = 4.0;
+const MANY: usize = 2;
 
 impl Samples {
     pub(super) fn new(bucket: f64, negligible: f64) -> Self {
         let (all, merged, ends) = (Vec::new(), Vec::new(), Vec::new());
-        let (buckets, counts, borders) = (FxHashMap::default(), Vec::new(), BTreeMap::new());
-        Self { all, buckets, bucket, merged, ends, counts, borders, negligible }
+        let (buckets, counts, borders) = (Default::default(), Vec::new(), BTreeMap::new());
+        let edges = [bucket, bucket / SMALLER];
+        Self { all, buckets, edges, merged, ends, counts, borders, negligible }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -163,9 +169,10 @@ impl Samples {
         Label::try_from(found).ok()
     }
 
-    fn place(&self, at: [f64; 3]) -> [i32; 3] {
+    /// The place of a point among the buckets of a kind.
+    fn place(&self, kind: usize, at: [f64; 3]) -> [i32; 3] {
         #[expect(clippy::cast_possible_truncation, reason = "a view has few buckets")]
-        at.map(|along| (along / self.bucket).floor() as i32)
+        at.map(|along| (along / self.edges[kind]).floor() as i32)
     }
 
     /// Adds a point that no line of sight reaches. It belongs to no region.
@@ -181,8 +188,7 @@ impl Samples {
 
     /// Adds a point that is in a region for certain, where G is not evaluated. It takes no part in the
     /// predictions for others.
-    pub(super) fn add_inferred(&mut self, at: [f64; 3], label: Label) -> usize {
-        let rate = self.rate_near(at, label);
+    pub(super) fn add_inferred(&mut self, at: [f64; 3], rate: f64, label: Label) -> usize {
         self.all.push(Sample { at, rate, label, is_measured: false });
         self.all.len() - 1
     }
@@ -190,8 +196,11 @@ impl Samples {
     /// What a region predicts at a point; 0 if it has no sample nearby.
     pub(super) fn rate_near(&self, at: [f64; 3], label: Label) -> f64 {
         let few = TUNING.surfaces.nearest_samples;
-        let of_region =
-            |count: usize| self.predictions(at, count).into_iter().find(|of| of.label == label);
+        let of_region = |count: usize| {
+            let near = self.nearest(at, count);
+            let is_near = near.iter().any(|&(_, i)| self.label(i) == label);
+            is_near.then(|| self.prediction(at, label, &near))
+        };
         [few, 8 * few].into_iter().find_map(of_region).map_or(0.0, |of| of.rate)
     }
 
@@ -228,14 +237,29 @@ impl Samples {
             *ends = [ends[0].min(rate), ends[1].max(rate)];
             self.counts[current] += 1;
         }
-        let place = self.place(at);
-        self.buckets.entry(place).or_default().push(u32::try_from(number).unwrap_or(u32::MAX));
+        for kind in 0..self.buckets.len() {
+            let place = self.place(kind, at);
+            let of_place = self.buckets[kind].entry(place).or_default();
+            of_place.push(u32::try_from(number).unwrap_or(u32::MAX));
+        }
     }
 
     /// The nearest samples, with their distances.
     pub(super) fn nearest(&self, at: [f64; 3], count: usize) -> Vec<(f64, usize)> {
-        let middle = self.place(at);
+        let beside = self.buckets[0].get(&self.place(0, at)).map_or(0, Vec::len);
+        if beside > MANY * count
+            && let (found, true) = self.nearest_in(1, at, count)
+        {
+            return found;
+        }
+        self.nearest_in(0, at, count).0
+    }
+
+    /// The nearest samples in buckets of a kind, and whether none is nearer beyond the rings of buckets.
+    fn nearest_in(&self, kind: usize, at: [f64; 3], count: usize) -> (Vec<(f64, usize)>, bool) {
+        let (middle, buckets, edge) = (self.place(kind, at), &self.buckets[kind], self.edges[kind]);
         let mut found: Vec<(f64, usize)> = Vec::new();
+        let mut are_all = false;
         for ring in 0..=RINGS {
             for dx in -ring..=ring {
                 for dy in -ring..=ring {
@@ -244,7 +268,7 @@ impl Samples {
                     let mut dz = -ring;
                     while dz <= ring {
                         let place = [middle[0] + dx, middle[1] + dy, middle[2] + dz];
-                        for &i in self.buckets.get(&place).into_iter().flatten() {
+                        for &i in buckets.get(&place).into_iter().flatten() {
                             let i = i as usize;
                             found.push((norm(difference(self.all[i].at, at)), i));
                         }
@@ -252,13 +276,14 @@ impl Samples {
                     }
                 }
             }
-            let covered = f64::from(ring) * self.bucket;
-            if found.iter().filter(|(distance, _)| *distance <= covered).count() >= count {
+            let covered = f64::from(ring) * edge;
+            are_all = found.iter().filter(|(distance, _)| *distance <= covered).count() >= count;
+            if are_all {
                 break;
             }
         }
         keep_nearest(&mut found, count);
-        found
+        (found, are_all)
     }
 
     /// The region that the value at a point belongs to; `None` if it fits none nearby.
@@ -270,18 +295,26 @@ impl Samples {
 
     /// What each region predicts at a point from so many of the nearest samples.
     fn predictions(&self, at: [f64; 3], count: usize) -> Vec<Predicted> {
-        let near = self.nearest(at, count);
+        self.predictions_by(at, &self.nearest(at, count))
+    }
+
+    /// The same from samples nearby, the nearest first.
+    fn predictions_by(&self, at: [f64; 3], near: &[(f64, usize)]) -> Vec<Predicted> {
         let mut predicted: Vec<Predicted> = Vec::new();
-        for &(_, i) in &near {
+        for &(_, i) in near {
             let label = self.label(i);
             if predicted.iter().all(|of| of.label != label) {
-                let own = near.iter().filter(|(_, j)| self.label(*j) == label);
-                let own: Vec<(f64, usize)> =
-                    own.take(TUNING.surfaces.samples_of_region).copied().collect();
-                predicted.push(self.predict(at, label, &own));
+                predicted.push(self.prediction(at, label, near));
             }
         }
         predicted
+    }
+
+    /// What a region predicts at a point from its samples among those nearby.
+    fn prediction(&self, at: [f64; 3], label: Label, near: &[(f64, usize)]) -> Predicted {
+        let own = near.iter().filter(|(_, i)| self.label(*i) == label);
+        let own: Vec<(f64, usize)> = own.take(TUNING.surfaces.samples_of_region).copied().collect();
+        self.predict(at, label, &own)
     }
 
     /// The largest difference between what regions predict at a point, and the sum of the two largest errors
@@ -302,7 +335,11 @@ impl Samples {
     /// Whether a value differs from what a region predicts, by more than `least` and than from what another
     /// region does.
     pub(super) fn is_foreign(&self, at: [f64; 3], rate: f64, label: Label, least: f64) -> bool {
-        let predicted = self.predictions(at, 8 * TUNING.surfaces.nearest_samples);
+        let near = self.nearest(at, 8 * TUNING.surfaces.nearest_samples);
+        if near.iter().all(|&(_, i)| self.label(i) == label) {
+            return false;
+        }
+        let predicted = self.predictions_by(at, &near);
         let misfit = |of: &Predicted| (rate - of.rate).abs();
         let [own, others]: [Vec<&Predicted>; 2] = [true, false]
             .map(|own| predicted.iter().filter(|of| (of.label == label) == own).collect());

@@ -1,8 +1,10 @@
 //! The search: samples, corners, points and patches of all cells, level by level.
 
+use crate::parallel::prelude::*;
 use crate::vol::lowrank::WeightedView;
 use crate::vol::sampling::Stop;
 use crate::vol::surfaces::aim::Aim;
+use crate::vol::surfaces::faces::Comparisons;
 use crate::vol::surfaces::octree::{Cell, Facet, Grid, HIDDEN, Label, Leaf, region};
 use crate::vol::surfaces::samples::Samples;
 use crate::vol::tuning::TUNING;
@@ -111,6 +113,8 @@ pub(super) struct Search<'a> {
     /// The samples at the last points of edges that lines of sight reach.
     pub(super) ends: OnLines,
     pub(super) leaves: BTreeMap<Cell, Leaf>,
+    /// The last comparisons of leaves with those beside them.
+    pub(super) comparisons: Comparisons,
     /// The evaluations that may be made.
     pub(super) left: u64,
     /// Whether a search from a finer lattice may follow.
@@ -127,7 +131,7 @@ impl<'a> Search<'a> {
         left: u64,
     ) -> Self {
         let (corners, lines, ends) = (FxHashMap::default(), OnLines::default(), OnLines::default());
-        let (points, leaves) = (Vec::new(), BTreeMap::new());
+        let (points, leaves, comparisons) = (Vec::new(), BTreeMap::new(), Comparisons::default());
         Self {
             view,
             grid,
@@ -139,6 +143,7 @@ impl<'a> Search<'a> {
             lines,
             ends,
             leaves,
+            comparisons,
             left,
             can_be_finer: false,
         }
@@ -300,18 +305,17 @@ impl<'a> Search<'a> {
         let (hidden, cells): (BTreeMap<_, _>, BTreeMap<_, _>) =
             cells.into_iter().partition(|(at, _)| is_hidden(at));
         self.leaves.extend(hidden.into_keys().map(|at| ((level, at), Leaf::Hidden)));
-        let mut cells = self.with_corners(level, cells).await?;
+        let cells = self.with_corners(level, cells).await?;
         self.test_borders(&cells).await?;
         let (mut cut, mut uncut, mut next) = (Vec::new(), Vec::new(), Vec::new());
-        for cell in cells.drain(..) {
-            match self.labels(&cell).len() {
-                0 | 1 => uncut.push(cell),
-                _ => match self.faded(&cell) {
-                    Some(leaf) => {
-                        self.leaves.insert(cell.cell, leaf);
-                    }
-                    None => cut.push(cell),
-                },
+        let faded: Vec<Option<Leaf>> = cells.par_iter().map(|cell| self.faded(cell)).collect();
+        for (cell, faded) in cells.into_iter().zip(faded) {
+            match faded {
+                Some(leaf) => {
+                    self.leaves.insert(cell.cell, leaf);
+                }
+                None if self.labels(&cell).len() < 2 => uncut.push(cell),
+                None => cut.push(cell),
             }
         }
         for batch in 0..TUNING.surfaces.batches {

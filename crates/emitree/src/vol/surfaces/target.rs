@@ -85,17 +85,28 @@ impl Search<'_> {
             RoughLine { pixel, xy, segments, rest: unresolved }
         };
         let lines: Vec<RoughLine> = seen.par_iter().map(line).collect();
-        let mut rates: FxHashMap<([u32; 3], Label), f64> = FxHashMap::default();
-        let mut largest: f64 = 0.0;
-        for RoughLine { pixel, xy, segments, rest } in lines {
-            let mut sum = rest;
-            for Segment { label, ends } in segments.into_iter().filter(|of| of.label != HIDDEN) {
+        // One rate for each region of a cell: that at the first segment in it.
+        let mut numbers: FxHashMap<([u32; 3], Label), usize> = FxHashMap::default();
+        let mut places: Vec<([f64; 3], Label)> = Vec::new();
+        let lines = lines.into_iter().map(|RoughLine { pixel, xy, segments, rest }| {
+            let seen = segments.into_iter().filter(|of| of.label != HIDDEN);
+            let with_rate = seen.map(|Segment { label, ends }| {
                 let at = [xy[0], xy[1], 0.5 * (ends[0] + ends[1])];
-                let rate = rates
-                    .entry((self.grid.cell_at(LEVEL_OF_RATES, at), label))
-                    .or_insert_with(|| self.samples.rate_near(at, label));
-                sum += *rate * (ends[1] - ends[0]);
-            }
+                let key = (self.grid.cell_at(LEVEL_OF_RATES, at), label);
+                let number = *numbers.entry(key).or_insert(places.len());
+                if number == places.len() {
+                    places.push((at, label));
+                }
+                (number, ends[1] - ends[0])
+            });
+            (pixel, rest, with_rate.collect())
+        });
+        let lines: Vec<(usize, f64, Vec<(usize, f64)>)> = lines.collect();
+        let rates = places.par_iter().map(|(at, label)| self.samples.rate_near(*at, *label));
+        let rates: Vec<f64> = rates.collect();
+        let mut largest: f64 = 0.0;
+        for (pixel, rest, segments) in lines {
+            let sum = segments.iter().fold(rest, |sum, (rate, length)| sum + rates[*rate] * length);
             largest = largest.max((sum / self.grid.edges[2] * pixels[pixel]).abs());
         }
         largest

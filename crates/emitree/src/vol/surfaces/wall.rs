@@ -231,21 +231,29 @@ fn with_one_more(
         points.iter().map(distance).collect()
     };
     let distances: Vec<Vec<f64>> = planes.iter().map(distances).collect();
-    let cost = |of: &[usize]| {
-        let least = |i: usize| {
-            let is_near = points[i].distance <= TUNING.surfaces.wall_near * size;
-            let weight = if is_near { 1.0 } else { TUNING.surfaces.wall_far_weight };
-            weight * of.iter().map(|&k| distances[k][i]).fold(most, f64::min)
-        };
-        (0..points.len()).map(least).sum::<f64>()
+    let weight = |point: &FitPoint| {
+        let is_near = point.distance <= TUNING.surfaces.wall_near * size;
+        if is_near { 1.0 } else { TUNING.surfaces.wall_far_weight }
     };
-    let sets: Vec<Vec<usize>> = if chosen.len() + 1 == count {
-        (0..planes.len()).map(|k| [chosen, &[k][..]].concat()).collect()
-    } else {
-        let pairs = (0..planes.len()).flat_map(|i| (0..i).map(move |j| vec![j, i]));
-        pairs.collect()
+    let weights: Vec<f64> = points.iter().map(weight).collect();
+    let least =
+        |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a.min(*b)).collect() };
+    let cost = |a: &[f64], b: &[f64]| -> f64 {
+        weights.iter().zip(a).zip(b).map(|((weight, a), b)| weight * a.min(*b)).sum()
     };
-    sets.into_iter().map(|set| (cost(&set), set)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|of| of.1)
+    let best =
+        |costs: &mut dyn Iterator<Item = (f64, usize)>| costs.min_by(|a, b| a.0.total_cmp(&b.0));
+    if chosen.len() + 1 == count {
+        let own = chosen.iter().fold(vec![most; points.len()], |a, &k| least(&a, &distances[k]));
+        let mut costs = distances.iter().map(|of| cost(&own, of)).zip(0..);
+        return best(&mut costs).map(|(_, k)| [chosen, &[k][..]].concat());
+    }
+    let pair = |i: usize| {
+        let costs = distances[..i].iter().map(|of| cost(&distances[i], of));
+        best(&mut costs.zip(0..)).map(|(cost, j)| (cost, vec![j, i]))
+    };
+    let pairs = (0..planes.len()).filter_map(pair);
+    pairs.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, set)| set)
 }
 
 /// A direction for the first normal of a wall, from the orientations of points.

@@ -33,7 +33,7 @@ fn found(first: Vec<Facet>, second: Vec<Facet>) -> Vec<Disagreement> {
     let tree = Octree::new(grid, leaves.collect());
     let scale = Image::from_pixels(8, 8, vec![1.0; 64]);
     let aim = Aim { target: 1e-2, scale: &scale, visible: None, sky: None, plane: None };
-    disagreements(&tree, &aim, 0)
+    comparison(&tree, &aim, 0).found
 }
 
 #[test]

@@ -120,7 +120,7 @@ fn foreign_values_and_jumps_that_fade_out_follow_from_predictions() {
 fn an_inferred_point_has_the_value_of_its_region_and_counts_once_it_is_measured() {
     let mut samples = samples(|[x, _, z]| if z > 0.5 { 3.0 + x } else { 0.0 });
     let at = [0.31, 0.42, 0.93];
-    let number = samples.add_inferred(at, 1);
+    let number = samples.add_inferred(at, samples.rate_near(at, 1), 1);
     let inferred = samples.get(number);
     assert!((inferred.rate - (3.0 + at[0])).abs() < 1e-9, "{inferred:?}");
     assert!(
