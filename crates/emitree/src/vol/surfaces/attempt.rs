@@ -65,9 +65,9 @@ pub(super) struct Located<'a> {
 }
 
 /// Searches for surfaces, until the image of them and the pieces beside them is verified to the tolerance;
-/// `None` if that fails. All scattered samples are in `rates` then. If a search has too many regions or pieces, it is repeated
-/// from a finer lattice: corners that are further apart than a shell is thick meet it at places that nothing connects,
-/// and none may be in a small cavity.
+/// `None` if that fails. All scattered samples are in `rates` then. If a search has too many regions, or one in which G
+/// jumps, it is repeated from a finer lattice: corners that are further apart than a shell is thick meet it at places that
+/// nothing connects, and none may be in a small cavity.
 pub(super) async fn locate<'a>(
     request: &Request<'a>,
     rates: &mut Vec<f64>,
@@ -97,7 +97,7 @@ pub(super) async fn locate<'a>(
             Ok(found) => {
                 return Ok(found.map(|(model, maps)| Located { search, model, maps }));
             }
-            Err(Failure::TooManyRegions | Failure::TooManyPieces) if can_be_finer => {
+            Err(Failure::TooManyRegions | Failure::JumpInRegion) if can_be_finer => {
                 Search { aim, left, .. } = search;
                 start.refine(request, &grid, &aim, left).await?;
             }

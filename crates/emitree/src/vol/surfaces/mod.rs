@@ -59,6 +59,7 @@ mod pieces;
 mod crossings;
 mod beam;
 mod rays;
+mod missed;
 mod model;
 mod pixel;
 mod raster;

@@ -2,19 +2,15 @@
 
 use crate::parallel::prelude::*;
 use crate::vol::surfaces::boxes::OpenBox;
+use crate::vol::surfaces::missed::Schedule;
 use crate::vol::surfaces::octree::{Cell, Label, Octree};
 use crate::vol::surfaces::outline::Outline;
 use crate::vol::surfaces::polynomial::Polynomial;
-use crate::vol::surfaces::search::{Failure, Search, of_tolerance};
+use crate::vol::surfaces::search::{Failure, Search};
 use crate::vol::tuning::TUNING;
 
 /// The most boxes of a region: a search without this limit made 78,000 and took minutes.
 const MOST_NODES: usize = 1 << 15;
-/// The most nodes of the pieces of a region at 1 %, if the lattice can be refined. Images within the tolerance have up
-/// to 241. With half as many some searches are repeated that would end soon, and trees are cheap there.
-const NODES_OF_REGION: f64 = 3000.0;
-/// As many if there is no other region, so that no surfaces are between the corners of the lattice.
-const NODES_WITHOUT_SURFACES: f64 = 300.0;
 
 /// A box with a polynomial, or two halves.
 #[derive(Clone, Debug)]
@@ -91,15 +87,6 @@ impl Pieces {
 }
 
 impl Search<'_> {
-    /// The number of nodes of a region above which G probably jumps in it between the corners of a lattice that can be
-    /// refined.
-    fn most_nodes(&self) -> usize {
-        let has_surfaces = self.samples.regions() > 1;
-        let most = if has_surfaces { NODES_OF_REGION } else { NODES_WITHOUT_SURFACES };
-        let most = if self.can_be_finer { of_tolerance(most, self.tolerance) } else { u64::MAX };
-        usize::try_from(most).unwrap_or(usize::MAX)
-    }
-
     /// The polynomials of a region; or the cells in which values of other regions were found, as far as they
     /// can be divided.
     pub(super) async fn pieces(
@@ -119,7 +106,7 @@ impl Search<'_> {
         };
         let mut nodes: Vec<Node> = vec![first.zero().into()];
         let mut open = vec![first];
-        let most_nodes = self.most_nodes();
+        let mut schedule = Schedule::new(self.tolerance);
         while !open.is_empty() {
             if nodes.len() > MOST_NODES {
                 return Err(Failure::TooComplex);
@@ -163,7 +150,8 @@ impl Search<'_> {
                 return Ok(Err(wrong));
             }
             let mut numbers = numbers.into_iter();
-            let mut next = Vec::new();
+            let mut next: Vec<OpenBox> = Vec::new();
+            let mut errors: Vec<f64> = Vec::new();
             for (mut of, outline) in outlines {
                 let mut take = |count: usize| numbers.by_ref().take(count).collect::<Vec<usize>>();
                 let mut allowed = self.allowed(&of);
@@ -199,10 +187,12 @@ impl Search<'_> {
                 nodes.extend(halves.each_ref().map(|half| Node::from(half.zero())));
                 nodes[of.node] = Node::Halves { axis, at, below, above };
                 next.extend(halves);
+                errors.extend([polynomial.error.max(worst); 2]);
             }
-            // More and more boxes from level to level: G is not smooth in them.
-            if nodes.len() > most_nodes && next.len() > boxes {
-                return Err(Failure::TooManyPieces);
+            // More and more boxes from level to level: G may not be smooth in them.
+            let may_jump = self.can_be_finer && next.len() > boxes && schedule.is_due(nodes.len());
+            if may_jump && self.jumps_within(&next, &errors).await? {
+                return Err(Failure::JumpInRegion);
             }
             open = next;
         }

@@ -31,7 +31,7 @@ struct Edge {
 }
 
 /// Two points of an edge with their values.
-type Bracket = [([f64; 3], f64); 2];
+pub(super) type Bracket = [([f64; 3], f64); 2];
 
 /// Corners of the base lattice, or of a finer one in a part of the view, with their values.
 #[derive(Clone)]
@@ -322,7 +322,7 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Whether G jumps on each edge: its steepest half is divided repeatedly.
+    /// Whether G jumps on each edge.
     async fn test(
         &mut self,
         base: &BaseLattice,
@@ -330,8 +330,20 @@ impl Search<'_> {
         found: &mut Vec<([f64; 3], f64)>,
     ) -> Result<Vec<bool>, Failure> {
         let point = |number: usize| base.point(&self.grid, number);
-        let mut brackets: Vec<Bracket> =
-            tests.iter().map(|edge| [0, 1].map(|k| (point(edge.ends[k]), edge.rates[k]))).collect();
+        let brackets =
+            tests.iter().map(|edge| [0, 1].map(|k| (point(edge.ends[k]), edge.rates[k])));
+        let tested = self.bisect(brackets.collect(), found).await?;
+        Ok(tested.into_iter().map(|(_, is_jump)| is_jump).collect())
+    }
+
+    /// Whether G jumps between the points of each pair, with two closer to each other on both sides: the steepest half
+    /// is divided repeatedly. Adds the points in between to `found`.
+    pub(super) async fn bisect(
+        &mut self,
+        mut brackets: Vec<Bracket>,
+        found: &mut Vec<([f64; 3], f64)>,
+    ) -> Result<Vec<(Bracket, bool)>, Failure> {
+        let first: Vec<f64> = brackets.iter().map(|[a, b]| (b.1 - a.1).abs()).collect();
         // The differences before the last two halvings: an edge may cross several surfaces, and a slope
         // leaves little of a difference behind.
         let mut before = vec![f64::INFINITY; brackets.len()];
@@ -348,13 +360,14 @@ impl Search<'_> {
                 bracket[usize::from(a > b)] = (at, rate);
             }
         }
-        let is_jump = |(([a, b], before), edge): ((&Bracket, f64), &Edge)| {
-            let [from, to] = edge.rates;
+        let is_jump = |((bracket, before), first): ((Bracket, f64), f64)| {
+            let [a, b] = bracket;
             let left = (b.1 - a.1).abs();
-            left > TUNING.surfaces.jump_share * before
-                && left > TUNING.surfaces.slope_left * (to - from).abs()
+            let is_jump = left > TUNING.surfaces.jump_share * before
+                && left > TUNING.surfaces.slope_left * first;
+            (bracket, is_jump)
         };
-        Ok(brackets.iter().zip(before).zip(tests).map(is_jump).collect())
+        Ok(brackets.into_iter().zip(before).zip(first).map(is_jump).collect())
     }
 
     /// Makes samples of all corners. Parts of equal constant values are one region.

@@ -19,8 +19,8 @@ pub(super) enum Failure {
     TooComplex,
     /// The values of samples belong to more regions than a view has.
     TooManyRegions,
-    /// A region needs so many polynomials that G probably jumps in it.
-    TooManyPieces,
+    /// G jumps between samples of one region.
+    JumpInRegion,
     Stopped(Stop),
 }
 
@@ -30,7 +30,7 @@ impl Failure {
         match self {
             Self::TooComplex
             | Self::TooManyRegions
-            | Self::TooManyPieces
+            | Self::JumpInRegion
             | Self::Stopped(Stop::Budget) => Ok(()),
             Self::Stopped(stop) => Err(stop),
         }
