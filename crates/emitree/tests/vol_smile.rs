@@ -30,5 +30,5 @@ fn jorgensen_from_the_dayside() {
 
 #[test]
 fn cmem_in_an_equirectangular_view() {
-    check(5, 38_072);
+    check(5, 38_112);
 }

@@ -4,6 +4,7 @@
 
 use crate::projection::vector::{difference, norm};
 use crate::vol::surfaces::boxes::OpenBox;
+use crate::vol::surfaces::octree::{Leaf, Octree};
 use crate::vol::surfaces::regions::Bracket;
 use crate::vol::surfaces::search::{Failure, Search, of_tolerance};
 
@@ -39,31 +40,36 @@ impl Schedule {
 }
 
 impl Search<'_> {
-    /// Whether G jumps between samples of a region in those of its boxes whose polynomials have the largest errors.
+    /// Whether G jumps between samples of a region in those of its boxes whose polynomials have the largest errors, and
+    /// where no patch is known: a patch that is not good enough is refined without this.
     pub(super) async fn jumps_within(
         &mut self,
+        tree: &Octree,
         boxes: &[OpenBox],
         errors: &[f64],
     ) -> Result<bool, Failure> {
         let mut worst: Vec<(&f64, &OpenBox)> = errors.iter().zip(boxes).collect();
         worst.sort_by(|a, b| b.0.total_cmp(a.0));
-        let pairs = worst.into_iter().filter_map(|(_, of)| self.steepest(of)).take(BOXES);
+        let pairs = worst.into_iter().filter_map(|(_, of)| self.steepest(tree, of)).take(BOXES);
         let tested = self.bisect(pairs.collect(), &mut Vec::new()).await?;
         Ok(tested.into_iter().any(|(_, is_jump)| is_jump))
     }
 
-    /// The two samples of a box between which G is steepest.
-    fn steepest(&self, of: &OpenBox) -> Option<Bracket> {
+    /// The two samples of a box, in leaves without patches, between which G is steepest.
+    fn steepest(&self, tree: &Octree, of: &OpenBox) -> Option<Bracket> {
         let least = LEAST_DISTANCE * norm(difference(of.high, of.low));
         let stride = of.samples.len() / MOST_SAMPLES + 1;
         let samples = of.samples.iter().step_by(stride).map(|&i| self.samples.get(i));
-        let samples: Vec<([f64; 3], f64)> = samples.map(|of| (of.at, of.rate)).collect();
+        let is_uncut = |at: [f64; 3]| matches!(tree.leaf(at), Leaf::Uncut(_));
+        let samples: Vec<([f64; 3], f64)> =
+            samples.filter(|of| is_uncut(of.at)).map(|of| (of.at, of.rate)).collect();
         let pairs = (0..samples.len()).flat_map(|i| (0..i).map(move |j| [i, j]));
         let with_slope = pairs.map(|pair| {
             let [a, b] = pair.map(|i| samples[i]);
             ((b.1 - a.1).abs() / norm(difference(b.0, a.0)).max(least), [a, b])
         });
-        with_slope.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, pair)| pair)
+        let steep = with_slope.filter(|(slope, _)| *slope > 0.0);
+        steep.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, pair)| pair)
     }
 }
 

@@ -41,6 +41,7 @@ mod target;
 mod search;
 mod inferred;
 mod edges;
+mod comparisons;
 mod corners;
 mod cut_edges;
 mod focus;

@@ -191,7 +191,7 @@ impl Search<'_> {
             }
             // More and more boxes from level to level: G may not be smooth in them.
             let may_jump = self.can_be_finer && next.len() > boxes && schedule.is_due(nodes.len());
-            if may_jump && self.jumps_within(&next, &errors).await? {
+            if may_jump && self.jumps_within(tree, &next, &errors).await? {
                 return Err(Failure::JumpInRegion);
             }
             open = next;

@@ -4,7 +4,7 @@ use crate::parallel::prelude::*;
 use crate::vol::lowrank::WeightedView;
 use crate::vol::sampling::Stop;
 use crate::vol::surfaces::aim::Aim;
-use crate::vol::surfaces::faces::Comparisons;
+use crate::vol::surfaces::comparisons::Comparisons;
 use crate::vol::surfaces::octree::{Cell, Facet, Grid, HIDDEN, Label, Leaf, region};
 use crate::vol::surfaces::samples::Samples;
 use crate::vol::tuning::TUNING;

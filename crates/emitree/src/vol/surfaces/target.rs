@@ -27,6 +27,17 @@ struct RoughLine {
     rest: f64,
 }
 
+impl RoughLine {
+    /// The middles of its segments in view, with their regions and lengths.
+    fn parts(&self) -> impl Iterator<Item = ([f64; 3], Label, f64)> + '_ {
+        let [x, y] = self.xy;
+        let part = move |&Segment { label, ends: [from, to] }: &Segment| {
+            ([x, y, 0.5 * (from + to)], label, to - from)
+        };
+        self.segments.iter().map(part).filter(|(_, label, _)| *label != HIDDEN)
+    }
+}
+
 impl Search<'_> {
     /// Sets the error allowed by the image of the leaves and of the cells of a level that are to be divided, of which
     /// the children are given.
@@ -86,28 +97,22 @@ impl Search<'_> {
         };
         let lines: Vec<RoughLine> = seen.par_iter().map(line).collect();
         // One rate for each region of a cell: that at the first segment in it.
+        let key = |(at, label, _): (_, Label, _)| (self.grid.cell_at(LEVEL_OF_RATES, at), label);
         let mut numbers: FxHashMap<([u32; 3], Label), usize> = FxHashMap::default();
         let mut places: Vec<([f64; 3], Label)> = Vec::new();
-        let lines = lines.into_iter().map(|RoughLine { pixel, xy, segments, rest }| {
-            let seen = segments.into_iter().filter(|of| of.label != HIDDEN);
-            let with_rate = seen.map(|Segment { label, ends }| {
-                let at = [xy[0], xy[1], 0.5 * (ends[0] + ends[1])];
-                let key = (self.grid.cell_at(LEVEL_OF_RATES, at), label);
-                let number = *numbers.entry(key).or_insert(places.len());
-                if number == places.len() {
-                    places.push((at, label));
-                }
-                (number, ends[1] - ends[0])
+        for part in lines.iter().flat_map(RoughLine::parts) {
+            numbers.entry(key(part)).or_insert_with(|| {
+                places.push((part.0, part.1));
+                places.len() - 1
             });
-            (pixel, rest, with_rate.collect())
-        });
-        let lines: Vec<(usize, f64, Vec<(usize, f64)>)> = lines.collect();
+        }
         let rates = places.par_iter().map(|(at, label)| self.samples.rate_near(*at, *label));
         let rates: Vec<f64> = rates.collect();
+        let rate = |part| numbers.get(&key(part)).map_or(0.0, |&number| rates[number]);
         let mut largest: f64 = 0.0;
-        for (pixel, rest, segments) in lines {
-            let sum = segments.iter().fold(rest, |sum, (rate, length)| sum + rates[*rate] * length);
-            largest = largest.max((sum / self.grid.edges[2] * pixels[pixel]).abs());
+        for line in &lines {
+            let sum = line.parts().fold(line.rest, |sum, part| sum + rate(part) * part.2);
+            largest = largest.max((sum / self.grid.edges[2] * pixels[line.pixel]).abs());
         }
         largest
     }

@@ -25,15 +25,23 @@ fn facet(wall: Wall, [below, above]: [Label; 2]) -> Facet {
     Facet { wall, below, above, error: 0.5 * ALLOWED, allowed: ALLOWED, jump: 1.0 }
 }
 
-/// What the first of two cells beside each other says of the second one.
-fn found(first: Vec<Facet>, second: Vec<Facet>) -> Vec<Disagreement> {
+/// Two cells beside each other.
+fn cells(first: Vec<Facet>, second: Vec<Facet>) -> Octree {
     let grid = Grid { edges: [2.0, 1.0, 1.0], base: [2, 1, 1], finest: 3 };
     let cells = [first, second].into_iter().zip([0, 1]);
     let leaves = cells.map(|(facets, x)| ((0, [x, 0, 0]), Leaf::Cut(facets)));
-    let tree = Octree::new(grid, leaves.collect());
+    Octree::new(grid, leaves.collect())
+}
+
+/// What `compare` returns for a view without bodies.
+fn with_aim<T>(compare: impl FnOnce(&Aim<'_>) -> T) -> T {
     let scale = Image::from_pixels(8, 8, vec![1.0; 64]);
-    let aim = Aim { target: 1e-2, scale: &scale, visible: None, sky: None, plane: None };
-    comparison(&tree, &aim, 0).found
+    compare(&Aim { target: 1e-2, scale: &scale, visible: None, sky: None, plane: None })
+}
+
+/// What the first of two cells beside each other says of the second one.
+fn found(first: Vec<Facet>, second: Vec<Facet>) -> Vec<Disagreement> {
+    with_aim(|aim| comparison(&cells(first, second), aim, 0).found)
 }
 
 #[test]
@@ -71,4 +79,36 @@ fn surfaces_between_other_regions_are_not_compared() {
     let second = vec![facet(plane(2.5 * ALLOWED, true).into(), [0, 2])];
     let leaves = [vec![facet(plane(0.0, true).into(), [0, 1])], second].map(Leaf::Cut);
     assert!(middles([&leaves[0], &leaves[1]], [1.0, 0.5, 0.45], 0.2).is_empty());
+}
+
+/// A change of the second cell, too, changes what the first one says of it.
+#[test]
+fn comparisons_are_repeated_where_a_leaf_has_changed() {
+    let tree = |by: f64| {
+        let [first, second] = [0.0, by].map(|by| vec![facet(plane(by, true).into(), [0, 1])]);
+        cells(first, second)
+    };
+    let places = |found: Vec<Disagreement>| -> Vec<([Cell; 2], [f64; 3])> {
+        found.into_iter().map(|of| (of.leaves, of.at)).collect()
+    };
+    let mut last = Comparisons::default();
+    let mut repeat = |by: f64| with_aim(|aim| places(last.repeat(&tree(by), aim)));
+    for by in [0.0, 2.5, 2.5, 5.0, 0.0] {
+        let by = by * ALLOWED;
+        let anew = with_aim(|aim| places(Comparisons::default().repeat(&tree(by), aim)));
+        assert_eq!(anew.is_empty(), by < ALLOWED);
+        assert_eq!(repeat(by), anew, "{by}");
+    }
+}
+
+#[test]
+fn leaves_that_remain_are_not_compared_again() {
+    let facets = |by: f64| vec![facet(plane(by, true).into(), [0, 1])];
+    let tree = cells(facets(0.0), facets(5.0 * ALLOWED));
+    with_aim(|aim| {
+        let mut last = Comparisons::default();
+        assert!(!last.repeat(&tree, aim).is_empty());
+        last.all.values_mut().for_each(|of| of.found.clear());
+        assert!(last.repeat(&tree, aim).is_empty());
+    });
 }
