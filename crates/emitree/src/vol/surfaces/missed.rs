@@ -3,9 +3,9 @@
 //! A region with such a surface needs more and more polynomials. Where these are worst, G is searched for a jump.
 
 use crate::projection::vector::{difference, norm};
+use crate::vol::surfaces::bisection::Bracket;
 use crate::vol::surfaces::boxes::OpenBox;
 use crate::vol::surfaces::octree::{Leaf, Octree};
-use crate::vol::surfaces::regions::Bracket;
 use crate::vol::surfaces::search::{Failure, Search, of_tolerance};
 
 /// The nodes of a region at 1 % from which on it is searched for jumps, and how many times as many it has the next time.
@@ -15,10 +15,6 @@ const MORE_NODES: u64 = 2;
 const BOXES: usize = 8;
 /// The samples of a box that are compared with each other.
 const MOST_SAMPLES: usize = 64;
-/// Slopes are those over a distance of this share of a box at least: the samples beside a jump are close to each other
-/// by chance.
-const LEAST_DISTANCE: f64 = 0.2;
-
 /// When a region is searched for jumps.
 pub(super) struct Schedule {
     next: u64,
@@ -51,13 +47,11 @@ impl Search<'_> {
         let mut worst: Vec<(&f64, &OpenBox)> = errors.iter().zip(boxes).collect();
         worst.sort_by(|a, b| b.0.total_cmp(a.0));
         let pairs = worst.into_iter().filter_map(|(_, of)| self.steepest(tree, of)).take(BOXES);
-        let tested = self.bisect(pairs.collect(), &mut Vec::new()).await?;
-        Ok(tested.into_iter().any(|(_, is_jump)| is_jump))
+        Ok(self.are_jumps(pairs.collect(), &mut Vec::new()).await?.contains(&true))
     }
 
     /// The two samples of a box, in leaves without patches, between which G is steepest.
     fn steepest(&self, tree: &Octree, of: &OpenBox) -> Option<Bracket> {
-        let least = LEAST_DISTANCE * norm(difference(of.high, of.low));
         let stride = of.samples.len() / MOST_SAMPLES + 1;
         let samples = of.samples.iter().step_by(stride).map(|&i| self.samples.get(i));
         let is_uncut = |at: [f64; 3]| matches!(tree.leaf(at), Leaf::Uncut(_));
@@ -66,8 +60,9 @@ impl Search<'_> {
         let pairs = (0..samples.len()).flat_map(|i| (0..i).map(move |j| [i, j]));
         let with_slope = pairs.map(|pair| {
             let [a, b] = pair.map(|i| samples[i]);
-            ((b.1 - a.1).abs() / norm(difference(b.0, a.0)).max(least), [a, b])
+            ((b.1 - a.1).abs() / norm(difference(b.0, a.0)), [a, b])
         });
+        // Without those of two samples at one place.
         let steep = with_slope.filter(|(slope, _)| *slope > 0.0);
         steep.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, pair)| pair)
     }

@@ -30,9 +30,6 @@ struct Edge {
     is_jump: Option<bool>,
 }
 
-/// Two points of an edge with their values.
-pub(super) type Bracket = [([f64; 3], f64); 2];
-
 /// Corners of the base lattice, or of a finer one in a part of the view, with their values.
 #[derive(Clone)]
 pub(super) struct BaseLattice {
@@ -277,7 +274,10 @@ impl Search<'_> {
                 break;
             }
             let tested: Vec<Edge> = tests.iter().map(|&number| edges[number]).collect();
-            let are_jumps = self.test(&base, &tested, &mut found).await?;
+            let point = |number: usize| base.point(&self.grid, number);
+            let pair = |edge: &Edge| [0, 1].map(|k| (point(edge.ends[k]), edge.rates[k]));
+            let pairs = tested.iter().map(pair).collect();
+            let are_jumps = self.are_jumps(pairs, &mut found).await?;
             for (number, is_jump) in tests.into_iter().zip(are_jumps) {
                 edges[number].is_jump = Some(is_jump);
             }
@@ -320,54 +320,6 @@ impl Search<'_> {
             self.corners.insert(corner, sample);
         }
         Ok(())
-    }
-
-    /// Whether G jumps on each edge.
-    async fn test(
-        &mut self,
-        base: &BaseLattice,
-        tests: &[Edge],
-        found: &mut Vec<([f64; 3], f64)>,
-    ) -> Result<Vec<bool>, Failure> {
-        let point = |number: usize| base.point(&self.grid, number);
-        let brackets =
-            tests.iter().map(|edge| [0, 1].map(|k| (point(edge.ends[k]), edge.rates[k])));
-        let tested = self.bisect(brackets.collect(), found).await?;
-        Ok(tested.into_iter().map(|(_, is_jump)| is_jump).collect())
-    }
-
-    /// Whether G jumps between the points of each pair, with two closer to each other on both sides: the steepest half
-    /// is divided repeatedly. Adds the points in between to `found`.
-    pub(super) async fn bisect(
-        &mut self,
-        mut brackets: Vec<Bracket>,
-        found: &mut Vec<([f64; 3], f64)>,
-    ) -> Result<Vec<(Bracket, bool)>, Failure> {
-        let first: Vec<f64> = brackets.iter().map(|[a, b]| (b.1 - a.1).abs()).collect();
-        // The differences before the last two halvings: an edge may cross several surfaces, and a slope
-        // leaves little of a difference behind.
-        let mut before = vec![f64::INFINITY; brackets.len()];
-        for halving in 0..TUNING.surfaces.halvings {
-            if halving + 2 == TUNING.surfaces.halvings {
-                before = brackets.iter().map(|[a, b]| (b.1 - a.1).abs()).collect();
-            }
-            let middle = |[a, b]: &Bracket| core::array::from_fn(|k| 0.5 * (a.0[k] + b.0[k]));
-            let points: Vec<[f64; 3]> = brackets.iter().map(middle).collect();
-            let rates = self.rates(&points).await?;
-            for ((bracket, at), rate) in brackets.iter_mut().zip(points).zip(rates) {
-                found.push((at, rate));
-                let [a, b] = bracket.map(|(_, end)| (end - rate).abs());
-                bracket[usize::from(a > b)] = (at, rate);
-            }
-        }
-        let is_jump = |((bracket, before), first): ((Bracket, f64), f64)| {
-            let [a, b] = bracket;
-            let left = (b.1 - a.1).abs();
-            let is_jump = left > TUNING.surfaces.jump_share * before
-                && left > TUNING.surfaces.slope_left * first;
-            (bracket, is_jump)
-        };
-        Ok(brackets.into_iter().zip(before).zip(first).map(is_jump).collect())
     }
 
     /// Makes samples of all corners. Parts of equal constant values are one region.

@@ -1,11 +1,9 @@
 //! Samples of G with the regions that they belong to, decided by the values of samples nearby.
 
-use crate::projection::vector::{difference, norm};
+use crate::vol::surfaces::buckets::PlacedPoints;
 use crate::vol::surfaces::columns::Columns;
-use crate::vol::surfaces::nearest::keep_nearest;
 use crate::vol::surfaces::octree::{HIDDEN, Label};
 use crate::vol::tuning::TUNING;
-use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 
 /// One sample, or a point whose region is known otherwise.
@@ -36,14 +34,12 @@ const FOR_CONSTANT: usize = 4;
 /// The most that a prediction differs from the mean, in largest differences of the samples from it.
 const MOST_BEYOND: f64 = 2.0;
 
-/// All samples, in buckets.
+/// All samples.
 #[derive(Debug)]
 pub(super) struct Samples {
     all: Vec<Sample>,
-    /// The samples by place, in buckets and, to be found faster where they are many, in small ones.
-    buckets: [FxHashMap<[i32; 3], Vec<u32>>; 2],
-    /// The edges of the buckets.
-    edges: [f64; 2],
+    /// Those whose G is measured, by place.
+    placed: PlacedPoints,
     /// The region that each label stands for: regions whose values agree become one.
     merged: Vec<Label>,
     /// The least and the largest value with each label, and the number of its samples.
@@ -55,19 +51,12 @@ pub(super) struct Samples {
     pub(super) negligible: f64,
 }
 
-/// The number of rings of buckets in which samples are searched for.
-const RINGS: i32 = 6;
-/// How much smaller small buckets are, and how many times the samples asked for a bucket has where they are used. Either
-/// way the same samples are found.
-const SMALLER: f64 = 4.0;
-const MANY: usize = 2;
-
 impl Samples {
     pub(super) fn new(bucket: f64, negligible: f64) -> Self {
         let (all, merged, ends) = (Vec::new(), Vec::new(), Vec::new());
-        let (buckets, counts, borders) = (Default::default(), Vec::new(), BTreeMap::new());
-        let edges = [bucket, bucket / SMALLER];
-        Self { all, buckets, edges, merged, ends, counts, borders, negligible }
+        let (counts, borders) = (Vec::new(), BTreeMap::new());
+        let placed = PlacedPoints::new(bucket);
+        Self { all, placed, merged, ends, counts, borders, negligible }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -169,12 +158,6 @@ impl Samples {
         Label::try_from(found).ok()
     }
 
-    /// The place of a point among the buckets of a kind.
-    fn place(&self, kind: usize, at: [f64; 3]) -> [i32; 3] {
-        #[expect(clippy::cast_possible_truncation, reason = "a view has few buckets")]
-        at.map(|along| (along / self.edges[kind]).floor() as i32)
-    }
-
     /// Adds a point that no line of sight reaches. It belongs to no region.
     pub(super) fn add_hidden(&mut self, at: [f64; 3]) -> usize {
         self.all.push(Sample { at, rate: 0.0, label: HIDDEN, is_measured: false });
@@ -197,7 +180,7 @@ impl Samples {
     pub(super) fn rate_near(&self, at: [f64; 3], label: Label) -> f64 {
         let few = TUNING.surfaces.nearest_samples;
         let of_region = |count: usize| {
-            let near = self.nearest(at, count);
+            let near = self.placed.nearest(at, count);
             let is_near = near.iter().any(|&(_, i)| self.label(i) == label);
             is_near.then(|| self.prediction(at, label, &near))
         };
@@ -237,53 +220,7 @@ impl Samples {
             *ends = [ends[0].min(rate), ends[1].max(rate)];
             self.counts[current] += 1;
         }
-        for kind in 0..self.buckets.len() {
-            let place = self.place(kind, at);
-            let of_place = self.buckets[kind].entry(place).or_default();
-            of_place.push(u32::try_from(number).unwrap_or(u32::MAX));
-        }
-    }
-
-    /// The nearest samples, with their distances.
-    pub(super) fn nearest(&self, at: [f64; 3], count: usize) -> Vec<(f64, usize)> {
-        let beside = self.buckets[0].get(&self.place(0, at)).map_or(0, Vec::len);
-        if beside > MANY * count
-            && let (found, true) = self.nearest_in(1, at, count)
-        {
-            return found;
-        }
-        self.nearest_in(0, at, count).0
-    }
-
-    /// The nearest samples in buckets of a kind, and whether none is nearer beyond the rings of buckets.
-    fn nearest_in(&self, kind: usize, at: [f64; 3], count: usize) -> (Vec<(f64, usize)>, bool) {
-        let (middle, buckets, edge) = (self.place(kind, at), &self.buckets[kind], self.edges[kind]);
-        let mut found: Vec<(f64, usize)> = Vec::new();
-        let mut are_all = false;
-        for ring in 0..=RINGS {
-            for dx in -ring..=ring {
-                for dy in -ring..=ring {
-                    let is_side = dx.abs() == ring || dy.abs() == ring;
-                    let step = if is_side || ring == 0 { 1 } else { 2 * ring };
-                    let mut dz = -ring;
-                    while dz <= ring {
-                        let place = [middle[0] + dx, middle[1] + dy, middle[2] + dz];
-                        for &i in buckets.get(&place).into_iter().flatten() {
-                            let i = i as usize;
-                            found.push((norm(difference(self.all[i].at, at)), i));
-                        }
-                        dz += step;
-                    }
-                }
-            }
-            let covered = f64::from(ring) * edge;
-            are_all = found.iter().filter(|(distance, _)| *distance <= covered).count() >= count;
-            if are_all {
-                break;
-            }
-        }
-        keep_nearest(&mut found, count);
-        (found, are_all)
+        self.placed.add(at, number);
     }
 
     /// The region that the value at a point belongs to; `None` if it fits none nearby.
@@ -295,7 +232,7 @@ impl Samples {
 
     /// What each region predicts at a point from so many of the nearest samples.
     fn predictions(&self, at: [f64; 3], count: usize) -> Vec<Predicted> {
-        self.predictions_by(at, &self.nearest(at, count))
+        self.predictions_by(at, &self.placed.nearest(at, count))
     }
 
     /// The same from samples nearby, the nearest first.
@@ -335,7 +272,7 @@ impl Samples {
     /// Whether a value differs from what a region predicts, by more than `least` and than from what another
     /// region does.
     pub(super) fn is_foreign(&self, at: [f64; 3], rate: f64, label: Label, least: f64) -> bool {
-        let near = self.nearest(at, 8 * TUNING.surfaces.nearest_samples);
+        let near = self.placed.nearest(at, 8 * TUNING.surfaces.nearest_samples);
         if near.iter().all(|&(_, i)| self.label(i) == label) {
             return false;
         }

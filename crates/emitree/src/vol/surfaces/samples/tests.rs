@@ -15,17 +15,6 @@ fn samples(rate: impl Fn([f64; 3]) -> f64) -> Samples {
 }
 
 #[test]
-fn the_nearest_samples_are_those_of_a_comparison_of_all() {
-    let samples = samples(|_| 1.0);
-    let at = [0.33, 0.71, 0.48];
-    let near = samples.nearest(at, 9);
-    let mut all: Vec<(f64, usize)> =
-        (0..samples.len()).map(|i| (norm(difference(samples.get(i).at, at)), i)).collect();
-    all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    assert_eq!(near, all[..9]);
-}
-
-#[test]
 fn values_beside_a_jump_belong_to_the_region_that_they_continue() {
     let below = |[x, y, z]: [f64; 3]| 1.0 + 0.5 * x + 0.3 * y * z;
     let above = |[x, y, z]: [f64; 3]| 0.2 + 0.1 * x - 0.1 * y + 0.05 * z;
@@ -126,7 +115,7 @@ fn an_inferred_point_has_the_value_of_its_region_and_counts_once_it_is_measured(
     assert!(
         !samples.is_measured(number) && !samples.is_of(number, 1) && samples.label(number) == 1
     );
-    let is_near = |samples: &Samples| samples.nearest(at, 1) == [(0.0, number)];
+    let is_near = |samples: &Samples| samples.placed.nearest(at, 1) == [(0.0, number)];
     assert!(!is_near(&samples));
     // The evaluation may contradict what was inferred.
     samples.measure(number, 0.0, 0);
