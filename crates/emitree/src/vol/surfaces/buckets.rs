@@ -100,7 +100,7 @@ mod tests {
     /// Half of the points are in one bucket.
     #[test]
     fn the_nearest_points_are_those_of_a_comparison_of_all() {
-        let dense = |k: usize| if k % 2 == 0 { 0.04 } else { 1.0 };
+        let dense = |k: usize| if k.is_multiple_of(2) { 0.04 } else { 1.0 };
         let points: Vec<[f64; 3]> =
             (0..1000).map(|k| lattice::point(k).map(|along| dense(k) * along)).collect();
         let mut placed = PlacedPoints::new(0.05);
