@@ -87,10 +87,6 @@ impl<I: Iterator> Serial<I> {
         self
     }
 
-    pub(crate) fn with_max_len(self, _: usize) -> Self {
-        self
-    }
-
     pub(crate) fn enumerate(self) -> Serial<Enumerate<I>> {
         Serial(self.0.enumerate())
     }

@@ -12,7 +12,7 @@ const SMALLER: f64 = 4.0;
 const MANY: usize = 2;
 
 /// Points with their numbers, in buckets.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Buckets {
     edge: f64,
     points: FxHashMap<[i32; 3], Vec<([f64; 3], usize)>>,

@@ -3,7 +3,7 @@
 use crate::parallel::prelude::*;
 use crate::projection::vector::along;
 use crate::vol::surfaces::aim::Aim;
-use crate::vol::surfaces::octree::{Cell, Facet, Label, Leaf, Octree, is_smooth};
+use crate::vol::surfaces::octree::{Cell, Facet, Label, Leaf, Octree, is_among, is_smooth};
 use crate::vol::tuning::TUNING;
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -11,9 +11,6 @@ use rustc_hash::{FxHashMap, FxHashSet};
 const BESIDE: f64 = 1e-7;
 /// A jump is another one than that of a cell if it is larger by this factor.
 const LARGER: f64 = 1.5;
-
-/// The most leaves that a thread compares before others are shared out: most of them have no patches.
-const LEAVES_AT_ONCE: usize = 64;
 
 /// Two leaves that disagree at a point.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +32,7 @@ struct Comparison {
 /// The last comparisons of all leaves: they need not be repeated for those that remain as they are, with all beside them.
 #[derive(Debug, Default)]
 pub(super) struct Comparisons {
-    leaves: FxHashMap<Cell, Leaf>,
+    leaves: Vec<(Cell, Leaf)>,
     all: FxHashMap<Cell, Comparison>,
 }
 
@@ -51,12 +48,11 @@ impl Comparisons {
     fn new(tree: &Octree, of_leaves: Vec<Comparison>) -> Self {
         let cells = tree.leaves.iter().map(|(cell, _)| *cell);
         let all = cells.zip(of_leaves).filter(|(_, of)| !of.beside.is_empty()).collect();
-        Self { leaves: tree.leaves.iter().cloned().collect(), all }
+        Self { leaves: tree.leaves.clone(), all }
     }
 
     fn compare(&self, tree: &Octree, aim: &Aim<'_>) -> Vec<Comparison> {
-        let is_same = |(cell, leaf): &&(Cell, Leaf)| self.leaves.get(cell) == Some(leaf);
-        let same = tree.leaves.iter().filter(is_same).map(|(cell, _)| *cell);
+        let same = tree.leaves.iter().filter(|of| is_among(&self.leaves, of)).map(|of| of.0);
         let same: FxHashSet<Cell> = same.collect();
         let numbers: Vec<usize> = (0..tree.leaves.len()).collect();
         let compare = |&leaf: &usize| {
@@ -66,7 +62,7 @@ impl Comparisons {
             });
             last.cloned().unwrap_or_else(|| comparison(tree, aim, leaf))
         };
-        numbers.par_iter().with_max_len(LEAVES_AT_ONCE).map(compare).collect()
+        numbers.par_iter().map(compare).collect()
     }
 }
 

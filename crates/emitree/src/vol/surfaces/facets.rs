@@ -11,8 +11,6 @@ use crate::vol::surfaces::wall::{Wall, mean_orientation};
 use crate::vol::tuning::TUNING;
 use rustc_hash::FxHashMap;
 
-/// The most cells that a thread fits before others are shared out: some of them have many patches, most have one.
-const CELLS_AT_ONCE: usize = 8;
 /// The reaches within which the points of several patches are taken.
 const REACHES: [i32; 3] = [1, 2, 4];
 
@@ -20,8 +18,7 @@ impl Search<'_> {
     /// Fits patches to all cells that have no good ones yet.
     pub(super) fn fit_all(&self, level: u8, cells: &mut [OpenCell]) {
         let index = PointIndex::new(self, self.grid.cell_size(level));
-        let mut open: Vec<&mut OpenCell> = cells.iter_mut().filter(|of| !of.is_done).collect();
-        open.par_iter_mut().with_max_len(CELLS_AT_ONCE).for_each(|cell| {
+        cells.par_iter_mut().filter(|cell| !cell.is_done).for_each(|cell| {
             let labels = self.labels(cell);
             self.fit(&index, cell, &labels);
         });
@@ -215,7 +212,7 @@ impl Search<'_> {
             }
         }
         let index = PointIndex::new(self, size);
-        uncut.par_iter_mut().enumerate().with_max_len(CELLS_AT_ONCE).for_each(|(number, cell)| {
+        uncut.par_iter_mut().enumerate().for_each(|(number, cell)| {
             let Some(facet) = poked.get(&number) else { return };
             cell.guess.facets = Some([facet.clone()].into());
             let labels = [facet.below.min(facet.above), facet.below.max(facet.above)];

@@ -91,6 +91,12 @@ impl Leaf {
     }
 }
 
+/// Whether a leaf is one of others, which are in the order of their cells.
+pub(super) fn is_among(leaves: &[(Cell, Leaf)], of: &(Cell, Leaf)) -> bool {
+    let number = leaves.binary_search_by(|other| other.0.cmp(&of.0));
+    number.is_ok_and(|number| leaves[number] == *of)
+}
+
 /// Whether the surface in a cell is one smooth patch.
 pub(super) fn is_smooth(facets: &[Facet]) -> bool {
     matches!(facets, [only] if only.wall.patches().len() == 1)

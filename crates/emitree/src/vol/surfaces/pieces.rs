@@ -114,18 +114,15 @@ impl Search<'_> {
             let boxes = open.len();
             // One batch for all boxes of a level.
             let (mut wanted, mut numbers) = (Vec::new(), Vec::new());
-            let outlines: Vec<(OpenBox, Outline)> = open
-                .into_par_iter()
-                .with_max_len(1)
-                .map(|of| self.outline(tree, label, of))
-                .collect();
+            let outlines: Vec<(OpenBox, Outline)> =
+                open.into_par_iter().map(|of| self.outline(tree, label, of)).collect();
             let mut allowed: Vec<f64> = Vec::new();
             for (of, outline) in &outlines {
                 wanted.extend(outline.points());
                 allowed.resize(wanted.len(), self.allowed(of));
             }
             let rates = self.rates(&wanted).await?;
-            let all = wanted.par_iter().with_max_len(8).zip(&rates).zip(&allowed);
+            let all = wanted.par_iter().zip(&rates).zip(&allowed);
             let is_foreign: Vec<bool> = all
                 .map(|((at, rate), allowed)| {
                     let least = TUNING.surfaces.piece_foreign * allowed;

@@ -4,7 +4,7 @@
 use crate::vol::surfaces::aim::Aim;
 use crate::vol::surfaces::beam::Beam;
 use crate::vol::surfaces::model::Model;
-use crate::vol::surfaces::octree::{Cell, Label, Leaf, Octree};
+use crate::vol::surfaces::octree::{Cell, Label, Leaf, Octree, is_among};
 use crate::vol::surfaces::rays::{LineIntegral, Ray, Segment};
 use crate::vol::view::pixel_rule::RuleNode;
 
@@ -73,11 +73,8 @@ impl KnownLines {
             let beyond = lines.iter_mut().skip(MOST_KEPT / per_pixel);
             beyond.for_each(|of| of.is_forgotten = true);
         }
-        let is_known = |of: &(Cell, Leaf)| {
-            let known = self.leaves.binary_search_by(|known| known.0.cmp(&of.0));
-            known.is_ok_and(|number| self.leaves[number] == *of)
-        };
-        for leaf in (0..tree.leaves.len()).filter(|&leaf| !is_known(&tree.leaves[leaf])) {
+        let is_new = |leaf: &usize| !is_among(&self.leaves, &tree.leaves[*leaf]);
+        for leaf in (0..tree.leaves.len()).filter(is_new) {
             let [x, y] = [0, 1].map(|axis| tree.ends(leaf, axis));
             // Lines at the border of a pixel are its own, too.
             let [first, last] =

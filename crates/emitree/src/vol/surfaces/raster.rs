@@ -22,8 +22,6 @@ const CHANGE: f64 = 0.05;
 /// lines.
 const SPREAD: f64 = 0.02;
 
-/// The most pixels of which a thread integrates the lines before others are shared out: some have far more lines.
-const AT_ONCE: usize = 32;
 /// The lines of a pixel on which leaves to improve are searched for, for each improvement.
 const LINES_TO_IMPROVE: [usize; 4] = [13, 34, 89, 233];
 
@@ -100,21 +98,20 @@ impl Model {
             let below = first + width + 1;
             0.25 * (corners[first] + corners[first + 1] + corners[below] + corners[below + 1])
         };
-        let first =
-            known.first.par_iter_mut().enumerate().with_max_len(AT_ONCE).map(|(pixel, lines)| {
-                if aim.scale.pixels()[pixel] == 0.0 {
-                    return (LineIntegral::default(), false);
-                }
-                let mut of = Pixel::new(self, aim, pixel, lines);
-                let (line, check) = (of.mean(&gauss_nodes()), of.mean(&lattice_nodes(5)));
-                let middle = of.mean(&[([0.5; 2], 1.0)]);
-                let allowed = SPREAD * aim.target / aim.scale.pixels()[pixel];
-                // Simpson's rule.
-                let outer = 2.0 / 3.0 * middle.value + 1.0 / 3.0 * of_corners(pixel);
-                let differs = |value: f64| (line.value - value).abs() > allowed;
-                let is_at_limb = aim.visible.as_ref().is_some_and(|of| of.is_at_limb(pixel));
-                (line, is_at_limb || differs(check.value) || differs(outer))
-            });
+        let first = known.first.par_iter_mut().enumerate().map(|(pixel, lines)| {
+            if aim.scale.pixels()[pixel] == 0.0 {
+                return (LineIntegral::default(), false);
+            }
+            let mut of = Pixel::new(self, aim, pixel, lines);
+            let (line, check) = (of.mean(&gauss_nodes()), of.mean(&lattice_nodes(5)));
+            let middle = of.mean(&[([0.5; 2], 1.0)]);
+            let allowed = SPREAD * aim.target / aim.scale.pixels()[pixel];
+            // Simpson's rule.
+            let outer = 2.0 / 3.0 * middle.value + 1.0 / 3.0 * of_corners(pixel);
+            let differs = |value: f64| (line.value - value).abs() > allowed;
+            let is_at_limb = aim.visible.as_ref().is_some_and(|of| of.is_at_limb(pixel));
+            (line, is_at_limb || differs(check.value) || differs(outer))
+        });
         let first: Vec<(LineIntegral, bool)> = first.collect();
         let is_rough = |pixel: usize| {
             let (row, column) = (pixel / width, pixel % width);
@@ -124,30 +121,28 @@ impl Model {
                 columns.into_iter().any(|column| first[row * width + column].1)
             })
         };
-        let all = known.lattices.par_iter_mut().enumerate().with_max_len(AT_ONCE).map(
-            |(pixel, known)| {
-                if !is_rough(pixel) || aim.scale.pixels()[pixel] == 0.0 {
-                    return first[pixel].0;
+        let all = known.lattices.par_iter_mut().enumerate().map(|(pixel, known)| {
+            if !is_rough(pixel) || aim.scale.pixels()[pixel] == 0.0 {
+                return first[pixel].0;
+            }
+            let mut pixel_lines = Pixel::new(self, aim, pixel, known);
+            let at_limb = aim.visible.as_ref().filter(|of| of.is_at_limb(pixel));
+            let mut of = |step: usize| match at_limb {
+                Some(visible) => pixel_lines.mean(&visible.nodes_at_limb(pixel, step)),
+                None => pixel_lines.mean(&lattice_nodes(lines[step])),
+            };
+            let allowed = CHANGE * aim.target / aim.scale.pixels()[pixel];
+            let mut before = of(0);
+            for step in 1..lines.len() {
+                let line = of(step);
+                let change = (line.value - before.value).abs();
+                before = LineIntegral { error: line.error + 0.5 * change, ..line };
+                if change <= allowed {
+                    break;
                 }
-                let mut pixel_lines = Pixel::new(self, aim, pixel, known);
-                let at_limb = aim.visible.as_ref().filter(|of| of.is_at_limb(pixel));
-                let mut of = |step: usize| match at_limb {
-                    Some(visible) => pixel_lines.mean(&visible.nodes_at_limb(pixel, step)),
-                    None => pixel_lines.mean(&lattice_nodes(lines[step])),
-                };
-                let allowed = CHANGE * aim.target / aim.scale.pixels()[pixel];
-                let mut before = of(0);
-                for step in 1..lines.len() {
-                    let line = of(step);
-                    let change = (line.value - before.value).abs();
-                    before = LineIntegral { error: line.error + 0.5 * change, ..line };
-                    if change <= allowed {
-                        break;
-                    }
-                }
-                before
-            },
-        );
+            }
+            before
+        });
         let all: Vec<LineIntegral> = all.collect();
         let (mut image, mut error) = (Image::zeros(height, width), Image::zeros(height, width));
         let targets = image.pixels_mut().iter_mut().zip(error.pixels_mut());
