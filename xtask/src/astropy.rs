@@ -1,6 +1,6 @@
 //! The tests under `tests/astropy`, in a virtual environment of their own.
 
-use crate::environment::{empty_folder, interpreter};
+use crate::environment::{BYTECODE, empty_folder, interpreter};
 use crate::outcome::Outcome;
 use crate::workspace::{Workspace, succeed};
 use std::env::consts;
@@ -21,6 +21,6 @@ fn check(workspace: &Workspace) -> Result<(), String> {
             .command(python)
             .args(["-m", "pytest", "-p", "no:cacheprovider", "-W", "error", "tests/astropy"])
             .env("EMITREE_SAMPLES", &samples)
-            .env("PYTHONDONTWRITEBYTECODE", "1"),
+            .env("PYTHONPYCACHEPREFIX", workspace.target_path(BYTECODE)),
     )
 }

@@ -23,10 +23,7 @@ pub(crate) fn run(workspace: &Workspace, arguments: &[&str]) -> Result<(), Strin
     };
     println!("xtask: {seconds} s for each test, seeds from {seed} on");
     let mut command = workspace.cargo();
-    command.args(["test", "--package", "emitree-cli", "--no-fail-fast"]);
-    for test in TESTS {
-        command.args(["--test", test]);
-    }
+    command.args(["test", "--package", "emitree-cli", "--test", "all", "--"]).args(TESTS);
     command.env("EMITREE_FUZZ_SECONDS", seconds).env("EMITREE_FUZZ_SEED", seed);
     succeed(&mut command)
 }

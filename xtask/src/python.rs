@@ -1,7 +1,7 @@
 //! The Python package: checked as it stands, its wheel built, installed in a virtual environment, and
 //! tested there.
 
-use crate::environment::{INSTALL, empty_folder, interpreter};
+use crate::environment::{BYTECODE, INSTALL, empty_folder, interpreter};
 use crate::outcome::Outcome;
 use crate::workspace::{Workspace, succeed};
 use std::env::consts;
@@ -25,9 +25,6 @@ const TESTS: [&str; 12] = [
     "python/tests",
 ];
 
-/// A test of the command.
-const TEST_OF_COMMAND: &str = "command";
-
 pub(crate) fn run(workspace: &Workspace) -> Outcome {
     check(workspace, None).into()
 }
@@ -38,15 +35,18 @@ pub(crate) fn check(workspace: &Workspace, wheel: Option<&Path>) -> Result<(), S
     lint(workspace, &python, "python")?;
     match wheel {
         Some(wheel) => install_wheel(workspace, &python, wheel)?,
-        None => install(workspace, &python, "python-wheel", &[])?,
+        None => install(workspace, &python, "python-wheel", &["--features", "tests"])?,
     }
-    // The files of the package are compared with those of the command. Built for one of its tests, it has the features
+    // The files of the package are compared with those of the command. Built with an example, it has the features
     // that it has in the step `unit`, which need not compile everything again.
-    let build = ["test", "--workspace", "--no-run", "--test", TEST_OF_COMMAND];
+    let build = ["build", "--workspace", "--bin", "emitree", "--example", "write_samples"];
     succeed(workspace.cargo().args(build))?;
     let command = workspace.target_path("debug").join(format!("emitree{}", consts::EXE_SUFFIX));
     let mut tests = workspace.command(&python);
-    tests.args(TESTS).env("PYTHONDONTWRITEBYTECODE", "1").env("EMITREE_COMMAND", command);
+    tests
+        .args(TESTS)
+        .env("PYTHONPYCACHEPREFIX", workspace.target_path(BYTECODE))
+        .env("EMITREE_COMMAND", command);
     succeed(&mut tests)
 }
 

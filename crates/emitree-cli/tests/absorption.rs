@@ -1,8 +1,6 @@
 //! Scenes of media that absorb.
 
-mod support;
-
-use support::{Folder, pixels};
+use crate::support::{Folder, pixels};
 
 /// A uniform cube with sides of 1 km and an optical depth of 2 through it.
 const FOG: &str = r#"

@@ -1,11 +1,9 @@
 //! `emitree build`, the real binary: a tree is built once, and rendered from anywhere.
 
-mod support;
-
+use crate::support::{Folder, HOLMSTROM, pixels};
 use emitree::Image;
 use emitree_io::TreeFile;
 use emitree_problems::{equation8, relative_error};
-use support::{Folder, HOLMSTROM, pixels};
 
 /// Eq. (8) as a tree of the unit cube, to 0.1 %.
 fn scene() -> String {

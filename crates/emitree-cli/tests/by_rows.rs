@@ -1,9 +1,7 @@
 //! `emitree render --by-rows`: the image of an ordinary rendering, refusals by name, and no file that is half written.
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
-mod support;
-
-use support::{Folder, HOLMSTROM, example};
+use crate::support::{Folder, HOLMSTROM, example};
 
 /// The scene of the paper with the method `vol`.
 fn smooth() -> Folder {

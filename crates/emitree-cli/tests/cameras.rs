@@ -1,11 +1,9 @@
 //! Every kind of camera, with bounds, bodies and units, from the scene to the files.
 
-mod support;
-
+use crate::support::{Folder, decode_png, pixels};
 use emitree::projection::healpix::{face_pixel, sight_of_face};
 use serde_json::Value;
 use std::f64::consts::{PI, TAU};
-use support::{Folder, decode_png, pixels};
 
 /// A cloud around the origin, seen from outside along no axis.
 const CLOUD: &str = "exp(-(x*x + y*y + z*z)/2)";

@@ -1,11 +1,9 @@
 //! The real binary, in a temporary folder.
 
-mod support;
-
+use crate::support::{self, Folder, HOLMSTROM, pixels};
 use emitree::Image;
 use emitree_problems::{equation8, relative_error};
 use serde_json::Value;
-use support::{Folder, HOLMSTROM, pixels};
 
 #[test]
 fn a_scene_becomes_images_a_report_and_a_summary() {

@@ -1,10 +1,8 @@
 //! `emitree compare`, as users call it.
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
-mod support;
-
+use crate::support::{Folder, decode_png};
 use emitree_io::encode_npy;
-use support::{Folder, decode_png};
 
 /// 16 times the integral of a ball along z, at two tolerances.
 const BALL: &str = r#"

@@ -1,12 +1,10 @@
 //! Scenes with several expressions: an image for each, as users have them.
 #![allow(clippy::expect_used, clippy::unwrap_used, reason = "what fails here fails the test")]
 
-mod support;
-
+use crate::support::{Folder, decode_png, pixels};
 use emitree_models::means::gaussian;
 use fits_well::FitsReader;
 use std::io::Cursor;
-use support::{Folder, decode_png, pixels};
 
 /// Two Gaussians of different widths and sizes, and one that is 0.
 const THREE: &str = r#"

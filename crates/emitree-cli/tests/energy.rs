@@ -1,9 +1,7 @@
 //! Scenes with an energy axis: cubes, the image of their whole band, and what can't be had.
 
-mod support;
-
+use crate::support::{Folder, decode_png, pixels};
 use serde_json::json;
-use support::{Folder, decode_png, pixels};
 
 /// A flat spectrum, linear along z, so that uniform steps are exact.
 const CUBE: &str = r#"

@@ -1,8 +1,6 @@
 //! What a user gets to read when something is wrong, and what is left behind: nothing.
 
-mod support;
-
-use support::{Folder, HOLMSTROM};
+use crate::support::{self, Folder, HOLMSTROM};
 
 /// Renders a scene in which one text is replaced; it must fail with a code and all these texts.
 fn refused(from: &str, to: &str, options: &str, code: i32, texts: &[&str]) {

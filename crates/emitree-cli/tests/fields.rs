@@ -1,10 +1,8 @@
 //! Scenes whose emission is an expression of fields and of a table.
 
-mod support;
-
+use crate::support::{Folder, pixels};
 use emitree_io::encode_npy;
 use std::fmt::Write as _;
-use support::{Folder, pixels};
 
 const CORE: f64 = 0.4;
 const NODES: usize = 64;

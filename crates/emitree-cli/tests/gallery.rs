@@ -1,11 +1,9 @@
 //! The scenes of `examples` and the pictures of `docs/gallery.md`.
 
-mod support;
-
+use crate::support::{Folder, HOLMSTROM, decode_png, pixels};
 use emitree_io::{PixelLayout, Scene};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use support::{Folder, HOLMSTROM, decode_png, pixels};
 
 /// The scenes whose images are pure numbers, or in units that the scene does not state.
 const WITHOUT_UNIT: [&str; 5] = ["helix", "holmstrom", "k_corona", "k_corona_polarised", "knot"];

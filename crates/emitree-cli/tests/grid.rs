@@ -1,9 +1,7 @@
 //! Scenes whose emission is a grid of data.
 
-mod support;
-
+use crate::support::{Folder, Run, pixels};
 use emitree_io::encode_npy;
-use support::{Folder, Run, pixels};
 
 const CAMERA: &str = r#"
 [projection]

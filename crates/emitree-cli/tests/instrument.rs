@@ -1,12 +1,10 @@
 //! Scenes with an instrument: expected counts, counts that are drawn, and what can't be had.
 
-mod support;
-
+use crate::support::{Folder, Run, decode_png, pixels};
 use fits_well::FitsWriter;
 use fits_well::header::Header;
 use fits_well::table::{Builder, ColumnData, WriteColumn};
 use serde_json::Value;
-use support::{Folder, Run, decode_png, pixels};
 
 /// A uniform emission, 3 cm deep: a radiance of 6 photons cm⁻² s⁻¹ sr⁻¹ keV⁻¹ in all voxels.
 const SCENE: &str = r#"

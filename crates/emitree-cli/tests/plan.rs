@@ -2,11 +2,9 @@
 //! program that makes the rates.
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
-mod support;
-
+use crate::support::{Folder, pixels};
 use emitree::{Emission, Samples};
 use emitree_io::{Scene, encode_npy};
-use support::{Folder, pixels};
 
 const SCENE: &str = r#"
 [emission]

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
-mod support;
-
-use support::{Folder, pixels};
+use crate::support::{Folder, pixels};
 
 /// A scene of the folder `scenes`.
 fn known(name: &str) -> Folder {

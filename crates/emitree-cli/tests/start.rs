@@ -1,9 +1,7 @@
 //! The first five minutes: `emitree new`, `emitree check`, and what a rendering that did not converge ends with.
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
-mod support;
-
-use support::{Folder, HOLMSTROM, pixels};
+use crate::support::{Folder, HOLMSTROM, pixels};
 
 /// A ball in the unit cube.
 const BALL: &str = r#"

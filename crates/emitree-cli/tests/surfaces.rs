@@ -1,10 +1,8 @@
 //! Found surfaces as files, and why there are none.
 
-mod support;
-
+use crate::support::{self, Folder};
 use emitree::{Emission, Samples};
 use emitree_io::{Override, RenderedScene, Scene};
-use support::Folder;
 
 /// A ball of radius 0.3 in a dimmer cube, whose rate is that of its own unit.
 const BALL: &str = r#"

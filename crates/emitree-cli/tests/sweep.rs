@@ -1,10 +1,8 @@
 //! `emitree sweep`, as users call it.
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
-mod support;
-
+use crate::support::{self, Folder};
 use serde_json::Value;
-use support::Folder;
 
 /// A Gaussian ball in the unit cube: its image is known.
 const BALL: &str = r#"

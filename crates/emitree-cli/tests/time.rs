@@ -1,8 +1,6 @@
 //! Scenes with an exposure: `[time]`.
 
-mod support;
-
-use support::{Folder, pixels};
+use crate::support::{Folder, pixels};
 
 /// A Gaussian that passes a camera of parallel lines with the velocity 1.
 const TRAIL: &str = r#"

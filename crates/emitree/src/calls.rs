@@ -1,6 +1,7 @@
 //! The calls of g: batches are shared out among threads, timed, and ended with the time allowed.
 
-use crate::emission::{Emission, Samples};
+use crate::emission::Samples;
+use crate::erased::{AnyEmission, AnyError};
 use crate::error::RenderError;
 use crate::exchange::{Batch, EmissionFailed, MethodError, drive};
 use crate::meter::Meter;
@@ -25,23 +26,23 @@ const SHARE_OF_TIME_PER_CALL: f64 = 0.05;
 const WORTH_A_THREAD_NANOSECONDS: f64 = 3e4;
 
 /// An emission that is evaluated for a method.
-pub(crate) struct Calls<'a, E> {
-    emission: &'a E,
+pub(crate) struct Calls<'a> {
+    emission: &'a AnyEmission<'a>,
     meter: &'a Meter,
     progress: Option<&'a Progress<'a>>,
 }
 
-impl<'a, E: Emission> Calls<'a, E> {
+impl<'a> Calls<'a> {
     /// Calls of `emission`, counted by `meter`; `progress` is called after each.
     pub(crate) fn new(
-        emission: &'a E,
+        emission: &'a AnyEmission<'a>,
         meter: &'a Meter,
         progress: Option<&'a Progress<'a>>,
     ) -> Self {
         Self { emission, meter, progress }
     }
 
-    pub(crate) fn emission(&self) -> &'a E {
+    pub(crate) fn emission(&self) -> &'a AnyEmission<'a> {
         self.emission
     }
 
@@ -57,7 +58,7 @@ impl<'a, E: Emission> Calls<'a, E> {
     pub(crate) fn drive<T>(
         &self,
         method: Pin<&mut (dyn Future<Output = Result<T, MethodError>> + '_)>,
-    ) -> Result<T, RenderError<E::Error>> {
+    ) -> Result<T, RenderError<AnyError>> {
         let mut failure = None;
         let result = drive(self.meter.exchange(), method, |batch| {
             self.evaluate(batch).map_err(|error| {
@@ -71,7 +72,7 @@ impl<'a, E: Emission> Calls<'a, E> {
     }
 
     /// The rates of one batch.
-    pub(crate) fn evaluate(&self, batch: &mut Batch) -> Result<(), RenderError<E::Error>> {
+    pub(crate) fn evaluate(&self, batch: &mut Batch) -> Result<(), RenderError<AnyError>> {
         self.evaluate_function(batch, Function::Rate)
     }
 
@@ -79,7 +80,7 @@ impl<'a, E: Emission> Calls<'a, E> {
     pub(crate) fn absorption_coefficients(
         &self,
         batch: &mut Batch,
-    ) -> Result<(), RenderError<E::Error>> {
+    ) -> Result<(), RenderError<AnyError>> {
         self.evaluate_function(batch, Function::AbsorptionCoefficient)
     }
 
@@ -87,7 +88,7 @@ impl<'a, E: Emission> Calls<'a, E> {
         &self,
         batch: &mut Batch,
         function: Function,
-    ) -> Result<(), RenderError<E::Error>> {
+    ) -> Result<(), RenderError<AnyError>> {
         let Batch { positions, directions, energies, rates } = batch;
         if rates.is_empty() {
             self.meter.check_time()?;
@@ -121,7 +122,7 @@ impl<'a, E: Emission> Calls<'a, E> {
         };
         let at_once = if self.is_short(rates.len()) { calls } else { 1 };
         let all_calls = rates.par_chunks_mut(per_call).enumerate().with_min_len(at_once);
-        let results: Vec<Result<(), RenderError<E::Error>>> = all_calls.map(call).collect();
+        let results: Vec<Result<(), RenderError<AnyError>>> = all_calls.map(call).collect();
         // Parallel calls are not each other's waiting time.
         let waited = in_calls.into_inner() / calls.min(threads).max(1) as u64;
         match function {
@@ -162,7 +163,7 @@ impl<'a, E: Emission> Calls<'a, E> {
         samples: &Samples<'_>,
         rates: &mut [f64],
         in_calls: &AtomicU64,
-    ) -> Result<(), RenderError<E::Error>> {
+    ) -> Result<(), RenderError<AnyError>> {
         self.meter.check_time()?;
         let start = Instant::now();
         let result = match function {
@@ -189,7 +190,7 @@ impl<'a, E: Emission> Calls<'a, E> {
     }
 
     /// Reports the number of evaluations to the callback, which may end the rendering.
-    fn tell_progress(&self, evaluations: u64) -> Result<(), RenderError<E::Error>> {
+    fn tell_progress(&self, evaluations: u64) -> Result<(), RenderError<AnyError>> {
         match self.progress.map(|progress| progress(evaluations)) {
             Some(ControlFlow::Break(())) => Err(RenderError::Interrupted),
             _ => Ok(()),
@@ -205,7 +206,7 @@ enum Function {
 }
 
 /// Refuses absorption coefficients that are not finite.
-fn check_coefficients<E>(samples: &Samples<'_>, found: &[f64]) -> Result<(), RenderError<E>> {
+fn check_coefficients(samples: &Samples<'_>, found: &[f64]) -> Result<(), RenderError<AnyError>> {
     match found.iter().position(|coefficient| !coefficient.is_finite()) {
         None => Ok(()),
         Some(k) => Err(RenderError::AbsorptionNotFinite {
@@ -233,6 +234,7 @@ pub(crate) fn check_finite<E>(samples: &Samples<'_>, rates: &[f64]) -> Result<()
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::emission::Emission;
     use crate::los::{LosOptions, Steps};
     use crate::options::RenderOptions;
     use crate::projection::Canonical;

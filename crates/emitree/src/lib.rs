@@ -58,6 +58,7 @@
 
 mod parallel;
 mod emission;
+mod erased;
 mod known;
 mod line_values;
 mod polling;

@@ -4,6 +4,7 @@ use crate::absorption;
 use crate::cube::Cube;
 use crate::emission::Emission;
 use crate::energy::EnergyAxis;
+use crate::erased::{AnyEmission, AnyError, Erased, typed};
 use crate::error::RenderError;
 use crate::image::Image;
 use crate::options::RenderOptions;
@@ -36,7 +37,7 @@ pub fn render<E: Emission>(
     shape: [usize; 2],
     options: &RenderOptions<'_>,
 ) -> Result<Rendering, RenderError<E::Error>> {
-    run::<E, Image>(emission, projection, shape, None, options)
+    run::<Image>(&Erased(emission), projection, shape, None, options).map_err(typed)
 }
 
 /// The spectral cube of an emission from a camera, of `shape` = \[height, width\] pixels and the bins
@@ -76,17 +77,17 @@ pub fn render_cube<E: Emission>(
     axis: &EnergyAxis,
     options: &RenderOptions<'_>,
 ) -> Result<Rendering<Cube>, RenderError<E::Error>> {
-    run::<E, Cube>(emission, projection, shape, Some(axis), options)
+    run::<Cube>(&Erased(emission), projection, shape, Some(axis), options).map_err(typed)
 }
 
 /// Runs a session to its end, with all limits and callbacks of the options.
-fn run<E: Emission, V: Values>(
-    emission: &E,
+fn run<V: Values>(
+    emission: &AnyEmission<'_>,
     projection: &dyn Projection,
     shape: [usize; 2],
     axis: Option<&EnergyAxis>,
     options: &RenderOptions<'_>,
-) -> Result<Rendering<V>, RenderError<E::Error>> {
+) -> Result<Rendering<V>, RenderError<AnyError>> {
     let kept = Kept { rates: None, images: options.frame.is_some(), repeats: false, rows: None };
     let of_method = emission.absorbs().then(|| absorption::of_method(options));
     let options = of_method.as_ref().unwrap_or(options);

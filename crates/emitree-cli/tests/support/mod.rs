@@ -1,12 +1,11 @@
 //! A temporary folder with a scene, and the binary running in it.
-#![allow(dead_code, unreachable_pub, reason = "each test binary uses its own part of this")]
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 
 /// Eq. (8) of the paper, one thing a line.
-pub const HOLMSTROM: &str = r#"
+pub(crate) const HOLMSTROM: &str = r#"
 [emission]
 expression = "(sin(5*x) * sin(7*y) * sin(11*z) / 10)^2 + exp(-alpha*((x - sqrt(2)/3)^2/sqrt(2) + (y - sqrt(7)/5)^2*sqrt(2) + (z - sqrt(6)/5)^2*sqrt(3)))"
 constants = { alpha = 100.0 }
@@ -25,22 +24,22 @@ threshold = 0.01
 "#;
 
 /// A scene of the folder `examples`.
-pub fn example(name: &str) -> String {
+pub(crate) fn example(name: &str) -> String {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples");
     std::fs::read_to_string(std::path::Path::new(folder).join(name)).unwrap()
 }
 
-pub struct Folder(tempfile::TempDir);
+pub(crate) struct Folder(tempfile::TempDir);
 
 /// What a run of the binary left.
-pub struct Run {
-    pub code: Option<i32>,
-    pub stdout: String,
-    pub stderr: String,
+pub(crate) struct Run {
+    pub(crate) code: Option<i32>,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
 }
 
 impl Folder {
-    pub fn with_scene(scene: &str) -> Self {
+    pub(crate) fn with_scene(scene: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("scene.toml"), scene).unwrap();
         Self(folder)
@@ -54,13 +53,13 @@ impl Folder {
     }
 
     /// Runs the binary with these arguments, none of which has a space.
-    pub fn emitree(&self, arguments: &str) -> Run {
+    pub(crate) fn emitree(&self, arguments: &str) -> Run {
         Run::of(&mut self.command(arguments))
     }
 
     /// Runs the binary as [`emitree`](Self::emitree) does, in a shell that can't write files of more
     /// than a few KiB.
-    pub fn emitree_with_small_files(&self, arguments: &str) -> Run {
+    pub(crate) fn emitree_with_small_files(&self, arguments: &str) -> Run {
         let limited = r#"trap "" XFSZ; ulimit -f 8; exec "$0" "$@""#;
         let mut command = Command::new("sh");
         command.args(["-c", limited, env!("CARGO_BIN_EXE_emitree")]);
@@ -68,24 +67,24 @@ impl Folder {
         Run::of(&mut command)
     }
 
-    pub fn start(&self, arguments: &str) -> Child {
+    pub(crate) fn start(&self, arguments: &str) -> Child {
         self.command(arguments).spawn().unwrap()
     }
 
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
-    pub fn bytes(&self, name: &str) -> Vec<u8> {
+    pub(crate) fn bytes(&self, name: &str) -> Vec<u8> {
         std::fs::read(self.path(name)).unwrap()
     }
 
-    pub fn json(&self, name: &str) -> serde_json::Value {
+    pub(crate) fn json(&self, name: &str) -> serde_json::Value {
         serde_json::from_slice(&self.bytes(name)).unwrap()
     }
 
     /// The names of all files, hidden ones too.
-    pub fn names(&self) -> Vec<String> {
+    pub(crate) fn names(&self) -> Vec<String> {
         let entries = std::fs::read_dir(&self.0).unwrap();
         let mut names: Vec<String> =
             entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
@@ -94,7 +93,7 @@ impl Folder {
     }
 
     /// The names of the files in one of its folders that end so.
-    pub fn names_in(&self, folder: &str, ending: &str) -> Vec<String> {
+    pub(crate) fn names_in(&self, folder: &str, ending: &str) -> Vec<String> {
         let entries = std::fs::read_dir(self.path(folder)).unwrap();
         let mut names: Vec<String> = entries
             .map(|entry| entry.unwrap().file_name().into_string().unwrap())
@@ -104,7 +103,7 @@ impl Folder {
         names
     }
 
-    pub fn holds(&self, expected: &[&str]) {
+    pub(crate) fn holds(&self, expected: &[&str]) {
         assert_eq!(self.names(), expected);
     }
 }
@@ -119,23 +118,23 @@ impl Run {
         }
     }
 
-    pub fn succeeds(&self) {
+    pub(crate) fn succeeds(&self) {
         self.fails_with(0);
     }
 
-    pub fn fails_with(&self, code: i32) {
+    pub(crate) fn fails_with(&self, code: i32) {
         assert_eq!(self.code, Some(code), "stdout:\n{}\nstderr:\n{}", self.stdout, self.stderr);
     }
 }
 
 /// The numbers of an NPY file.
-pub fn pixels(npy: &[u8]) -> Vec<f64> {
+pub(crate) fn pixels(npy: &[u8]) -> Vec<f64> {
     let header = usize::from(u16::from_le_bytes([npy[8], npy[9]]));
     npy[10 + header..].chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect()
 }
 
 /// Width, height and RGB bytes of a PNG file.
-pub fn decode_png(bytes: &[u8]) -> (usize, usize, Vec<u8>) {
+pub(crate) fn decode_png(bytes: &[u8]) -> (usize, usize, Vec<u8>) {
     let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::EXPAND | png::Transformations::STRIP_16);
     let mut reader = decoder.read_info().unwrap();

@@ -13,7 +13,7 @@ mod traced;
 mod tracing;
 
 use crate::calls::Calls;
-use crate::emission::Emission;
+use crate::erased::AnyError;
 use crate::error::RenderError;
 use crate::exchange::Batch;
 use crate::line_values::LineValues;
@@ -127,12 +127,12 @@ impl Absorption {
     }
 
     /// Multiplies the rates of a batch with exp(−τ).
-    pub(crate) fn attenuate<E: Emission>(
+    pub(crate) fn attenuate(
         &mut self,
-        calls: &Calls<'_, E>,
+        calls: &Calls<'_>,
         projection: &dyn Projection,
         batch: &mut Batch,
-    ) -> Result<(), RenderError<E::Error>> {
+    ) -> Result<(), RenderError<AnyError>> {
         let is_dark = batch.rates.iter().all(|rate| *rate == 0.0);
         if is_dark {
             return Ok(());
@@ -157,11 +157,11 @@ impl Absorption {
     }
 
     /// Looks for a model of κ, and compares it with evaluations on some lines.
-    fn find_model<E: Emission>(
+    fn find_model(
         &mut self,
-        calls: &Calls<'_, E>,
+        calls: &Calls<'_>,
         projection: &dyn Projection,
-    ) -> Result<(), RenderError<E::Error>> {
+    ) -> Result<(), RenderError<AnyError>> {
         let Some(of_image) = self.of_image else { return Ok(()) };
         let allowed = SHARE_OF_PRODUCTS * of_image;
         let Some(model) = model::find(calls, projection, allowed)? else { return Ok(()) };
@@ -194,12 +194,12 @@ impl Absorption {
     }
 
     /// The optical depths of the points of a batch; 0 where g is 0.
-    fn depths<E: Emission>(
+    fn depths(
         &mut self,
-        calls: &Calls<'_, E>,
+        calls: &Calls<'_>,
         projection: &dyn Projection,
         batch: &Batch,
-    ) -> Result<Vec<f64>, RenderError<E::Error>> {
+    ) -> Result<Vec<f64>, RenderError<AnyError>> {
         let paths = Paths::of(projection);
         let places: Vec<_> = (0..batch.len()).map(|i| self.place(&paths, batch, i)).collect();
         let needed = places.iter().flatten().map(|(of, _)| *of).collect();

@@ -4,6 +4,7 @@
 use crate::calls::Calls;
 use crate::cube::Cube;
 use crate::emission::{Emission, Samples};
+use crate::erased::{AnyEmission, AnyError};
 use crate::error::RenderError;
 use crate::meter::{Limits, Meter};
 use crate::method;
@@ -32,12 +33,12 @@ pub(super) struct KnownCoefficient {
 }
 
 /// κ as an emission.
-struct Coefficient<'a, E>(&'a E);
+struct Coefficient<'a>(&'a AnyEmission<'a>);
 
-impl<E: Emission> Emission for Coefficient<'_, E> {
-    type Error = E::Error;
+impl Emission for Coefficient<'_> {
+    type Error = AnyError;
 
-    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), E::Error> {
+    fn emission_rates(&self, samples: &Samples<'_>, rates: &mut [f64]) -> Result<(), AnyError> {
         self.0.absorption_coefficients(samples, rates)
     }
 
@@ -48,11 +49,11 @@ impl<E: Emission> Emission for Coefficient<'_, E> {
 
 /// κ of an emission in the view of a projection, with optical depths to an absolute error of `allowed`; `None` if it
 /// has no such approximation, or the view none of one piece.
-pub(super) fn find<E: Emission>(
-    calls: &Calls<'_, E>,
+pub(super) fn find(
+    calls: &Calls<'_>,
     projection: &dyn Projection,
     allowed: f64,
-) -> Result<Option<KnownCoefficient>, RenderError<E::Error>> {
+) -> Result<Option<KnownCoefficient>, RenderError<AnyError>> {
     let is_one_piece = projection.view_geometry().is_none_or(|geometry| {
         geometry.tiles().is_empty()
             && !geometry.has_rim()

@@ -5,7 +5,7 @@ use super::jumps::Bracket;
 use super::panels::{NODES, Panel};
 use super::traced::Traced;
 use crate::calls::Calls;
-use crate::emission::Emission;
+use crate::erased::AnyError;
 use crate::error::RenderError;
 use crate::exchange::Batch;
 use crate::projection::path::{Path, Paths};
@@ -31,19 +31,19 @@ pub(super) struct PartOfLine {
 type Waiting = (PartOfLine, [f64; 2]);
 
 /// What κ is integrated with.
-pub(super) struct Tracing<'a, 'b, E> {
+pub(super) struct Tracing<'a, 'b> {
     pub(super) absorption: &'a mut Absorption,
-    pub(super) calls: &'a Calls<'b, E>,
+    pub(super) calls: &'a Calls<'b>,
     pub(super) paths: Paths<'a>,
     pub(super) projection: &'a dyn Projection,
 }
 
-impl<E: Emission> Tracing<'_, '_, E> {
+impl Tracing<'_, '_> {
     /// Integrates κ along these parts and those in front of them, as far as they are not known yet.
     pub(super) fn trace(
         &mut self,
         mut needed: Vec<PartOfLine>,
-    ) -> Result<(), RenderError<E::Error>> {
+    ) -> Result<(), RenderError<AnyError>> {
         needed.sort_unstable();
         let lines = &self.absorption.lines;
         let of_line = |of: &[PartOfLine]| {
@@ -75,7 +75,7 @@ impl<E: Emission> Tracing<'_, '_, E> {
     fn panels(
         &self,
         parts: &[PartOfLine],
-    ) -> Result<Vec<(PartOfLine, Panel)>, RenderError<E::Error>> {
+    ) -> Result<Vec<(PartOfLine, Panel)>, RenderError<AnyError>> {
         let allowed = SHARE_OF_PANEL * self.absorption.tolerance;
         let first = |of: &PartOfLine| {
             let of = *of;
@@ -122,7 +122,7 @@ impl<E: Emission> Tracing<'_, '_, E> {
         &self,
         brackets: &mut [(PartOfLine, [f64; 2], Bracket)],
         allowed: f64,
-    ) -> Result<(), RenderError<E::Error>> {
+    ) -> Result<(), RenderError<AnyError>> {
         loop {
             let mut open: Vec<&mut (PartOfLine, [f64; 2], Bracket)> =
                 brackets.iter_mut().filter(|(_, _, bracket)| bracket.is_open(allowed)).collect();
@@ -137,7 +137,7 @@ impl<E: Emission> Tracing<'_, '_, E> {
 
     /// The optical depths of parts inside of opaque bodies, between κ at both ends: points behind a body continue
     /// those beside its limb, for pixels that see the latter.
-    fn gaps(&self, gaps: &[PartOfLine]) -> Result<Vec<f64>, RenderError<E::Error>> {
+    fn gaps(&self, gaps: &[PartOfLine]) -> Result<Vec<f64>, RenderError<AnyError>> {
         let lines = &self.absorption.lines;
         let ends = |of: &PartOfLine| {
             let PartOfLine { line, part } = *of;
@@ -161,7 +161,7 @@ impl<E: Emission> Tracing<'_, '_, E> {
     fn values(
         &self,
         places: impl Iterator<Item = (PartOfLine, f64)>,
-    ) -> Result<Vec<f64>, RenderError<E::Error>> {
+    ) -> Result<Vec<f64>, RenderError<AnyError>> {
         let found = self.coefficients(places)?;
         Ok(found.into_iter().map(|(coefficient, weight)| coefficient * weight).collect())
     }
@@ -170,7 +170,7 @@ impl<E: Emission> Tracing<'_, '_, E> {
     fn coefficients(
         &self,
         places: impl Iterator<Item = (PartOfLine, f64)>,
-    ) -> Result<Vec<(f64, f64)>, RenderError<E::Error>> {
+    ) -> Result<Vec<(f64, f64)>, RenderError<AnyError>> {
         let (mut batch, mut weights) = (Batch::default(), Vec::new());
         for (PartOfLine { line, part }, z) in places {
             let Traced { path, energy, .. } = &self.absorption.lines[line];

@@ -16,6 +16,7 @@ pub use image::LargeImage;
 use crate::cube::Cube;
 use crate::emission::Emission;
 use crate::energy::EnergyAxis;
+use crate::erased::{AnyEmission, AnyError, Erased, typed};
 use crate::error::RenderError;
 use crate::memory::{check_size, largest_that_fits};
 use crate::meter::RowsWanted;
@@ -101,6 +102,17 @@ pub fn render_large_cube<'a, E: Emission>(
     axis: Option<&EnergyAxis>,
     options: &RenderOptions<'_>,
 ) -> Result<LargeCube<'a>, RenderError<E::Error>> {
+    of_any(&Erased(emission), projection, shape, axis, options).map_err(typed)
+}
+
+/// The cube of an emission of any type.
+fn of_any<'a>(
+    emission: &AnyEmission<'_>,
+    projection: &'a dyn Projection,
+    shape: [usize; 2],
+    axis: Option<&EnergyAxis>,
+    options: &RenderOptions<'_>,
+) -> Result<LargeCube<'a>, RenderError<AnyError>> {
     let bins = axis.map(EnergyAxis::bins);
     let wanted = RowsWanted { shape, fits: largest_that_fits(shape, bins, options) };
     let [height, width] = shape;

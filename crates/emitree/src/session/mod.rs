@@ -19,6 +19,7 @@ use crate::checks::{check_options, limits, refuse_callbacks};
 use crate::cube::Cube;
 use crate::emission::{Emission, Samples};
 use crate::energy::EnergyAxis;
+use crate::erased::{AnyEmission, AnyError, Erased, typed};
 use crate::error::RenderError;
 use crate::exchange::{Batch, MethodError};
 use crate::image::Image;
@@ -362,15 +363,15 @@ impl<'a, V: Values> Session<'a, V> {
     ///
     /// [`RenderError`] as of [`tell`](Self::tell), or an emission that failed: then the session still waits.
     pub fn step<E: Emission>(&mut self, emission: &E) -> Result<(), RenderError<E::Error>> {
-        self.evaluate(emission, None)
+        self.evaluate(&Erased(emission), None).map_err(typed)
     }
 
     /// One [`step`](Self::step); `progress` is called after each call of g.
-    pub(crate) fn evaluate<E: Emission>(
+    pub(crate) fn evaluate(
         &mut self,
-        emission: &E,
+        emission: &AnyEmission<'_>,
         progress: Option<&Progress<'_>>,
-    ) -> Result<(), RenderError<E::Error>> {
+    ) -> Result<(), RenderError<AnyError>> {
         let State::Waiting(batch) = &mut self.course.state else { return Ok(()) };
         let calls = Calls::new(emission, &self.course.meter, progress);
         let mut evaluated = calls.evaluate(batch);

@@ -19,6 +19,7 @@ mod view;
 use crate::cube::Cube;
 use crate::emission::Emission;
 use crate::energy::EnergyAxis;
+use crate::erased::{AnyEmission, AnyError, Erased, typed};
 use crate::error::RenderError;
 use crate::mesh::Mesh;
 use crate::options::RenderOptions;
@@ -110,13 +111,23 @@ impl Sweep {
         axis: Option<&EnergyAxis>,
         options: &RenderOptions<'_>,
     ) -> Result<Option<Rendering<Cube>>, RenderError<E::Error>> {
+        self.step_of_any(&Erased(emission), View { projection, shape, axis, options })
+            .map_err(typed)
+    }
+
+    /// The next image, of an emission of any type.
+    fn step_of_any(
+        &mut self,
+        emission: &AnyEmission<'_>,
+        view: View<'_>,
+    ) -> Result<Option<Rendering<Cube>>, RenderError<AnyError>> {
         let Some(next) = self.order.next() else { return Ok(None) };
         let image = next.image();
         let mut spent = self.spent.remove(&image).unwrap_or_default();
         let before = spent.evaluations();
         let mut of = OfEmission {
             emission,
-            view: View { projection, shape, axis, options },
+            view,
             before: self.order.evaluations() - before,
             spent: &mut spent,
         };
@@ -146,11 +157,11 @@ impl Sweep {
     }
 
     /// The image without a mesh; its points become the mesh of those around it.
-    fn in_full<E: Emission>(
+    fn in_full(
         &mut self,
         image: usize,
-        of: &mut OfEmission<'_, E>,
-    ) -> Result<Rendering<Cube>, RenderError<E::Error>> {
+        of: &mut OfEmission<'_>,
+    ) -> Result<Rendering<Cube>, RenderError<AnyError>> {
         let before = of.spent.evaluations();
         let found = of.rendered(of.view.options, u64::MAX)?;
         let Found { rendering: mut found, requested: of_image } =
@@ -171,12 +182,12 @@ impl Sweep {
     }
 
     /// The mesh of the same image to a finer tolerance, if that is affordable.
-    fn finer<E: Emission>(
+    fn finer(
         &self,
-        of: &mut OfEmission<'_, E>,
+        of: &mut OfEmission<'_>,
         of_image: u64,
         new: u64,
-    ) -> Result<Option<Mesh<Cube>>, RenderError<E::Error>> {
+    ) -> Result<Option<Mesh<Cube>>, RenderError<AnyError>> {
         let view = of.view;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a bound")]
         let more = (MOST_OF_FINER * of_image as f64) as u64;

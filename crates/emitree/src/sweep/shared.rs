@@ -5,7 +5,7 @@
 //! rates that are no such combinations show in its error estimate.
 
 use crate::cube::Cube;
-use crate::emission::Emission;
+use crate::erased::AnyError;
 use crate::error::RenderError;
 use crate::exchange::Batch;
 use crate::mesh::Mesh;
@@ -28,10 +28,10 @@ pub(super) struct SharedMesh {
 
 impl SharedMesh {
     /// A mesh, and the rates at its points of the emission that it was made of.
-    pub(super) fn new<E: Emission>(
+    pub(super) fn new(
         mesh: Mesh<Cube>,
-        of: &mut OfEmission<'_, E>,
-    ) -> Result<Self, RenderError<E::Error>> {
+        of: &mut OfEmission<'_>,
+    ) -> Result<Self, RenderError<AnyError>> {
         let rates = vec![of.rates_at(mesh.batch())?];
         Ok(Self { mesh, rates, growth: None })
     }
@@ -43,12 +43,12 @@ impl SharedMesh {
 
     /// The rendering of another emission by this mesh, with parameters at a distance from those of the mesh; `None` if
     /// it does not meet the tolerance with `most` evaluations.
-    pub(super) fn rendered<E: Emission>(
+    pub(super) fn rendered(
         &mut self,
-        of: &mut OfEmission<'_, E>,
+        of: &mut OfEmission<'_>,
         distance: f64,
         most: u64,
-    ) -> Result<Option<Rendering<Cube>>, RenderError<E::Error>> {
+    ) -> Result<Option<Rendering<Cube>>, RenderError<AnyError>> {
         if let Some(rates) = unless_interrupted(self.calculated(of))?.flatten() {
             let points = Batch { rates, ..self.mesh.batch().clone() };
             let assumed = of.known(|known| known.insert_new(&points));
@@ -78,10 +78,10 @@ impl SharedMesh {
     }
 
     /// All rates from those of a sample of the points, if these are combinations of others.
-    fn calculated<E: Emission>(
+    fn calculated(
         &self,
-        of: &mut OfEmission<'_, E>,
-    ) -> Result<Option<Vec<f64>>, RenderError<E::Error>> {
+        of: &mut OfEmission<'_>,
+    ) -> Result<Option<Vec<f64>>, RenderError<AnyError>> {
         let points = self.mesh.batch();
         if points.len() < 4 * (COMPARED + self.rates.len()) {
             return Ok(None);

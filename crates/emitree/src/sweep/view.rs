@@ -4,8 +4,8 @@ use crate::absorption;
 use crate::calls::Calls;
 use crate::checks::limits;
 use crate::cube::Cube;
-use crate::emission::Emission;
 use crate::energy::EnergyAxis;
+use crate::erased::{AnyEmission, AnyError};
 use crate::error::RenderError;
 use crate::exchange::Batch;
 use crate::known::KnownRates;
@@ -85,20 +85,20 @@ pub(super) struct Found {
 }
 
 /// An emission in a view; `before` are the evaluations of the sweep before it, for progress.
-pub(super) struct OfEmission<'a, E> {
-    pub(super) emission: &'a E,
+pub(super) struct OfEmission<'a> {
+    pub(super) emission: &'a AnyEmission<'a>,
     pub(super) view: View<'a>,
     pub(super) spent: &'a mut Spent,
     pub(super) before: u64,
 }
 
-impl<E: Emission> OfEmission<'_, E> {
+impl OfEmission<'_> {
     /// The rendering with these options; `None` if it takes more than `most` evaluations, besides the stored rates.
     pub(super) fn rendered(
         &mut self,
         options: &RenderOptions<'_>,
         most: u64,
-    ) -> Result<Option<Found>, RenderError<E::Error>> {
+    ) -> Result<Option<Found>, RenderError<AnyError>> {
         let View { projection, shape, axis, .. } = self.view;
         let before = self.before + self.spent.evaluations();
         let given = options.progress;
@@ -148,7 +148,7 @@ impl<E: Emission> OfEmission<'_, E> {
         &mut self,
         mesh: &Mesh<Cube>,
         most: u64,
-    ) -> Result<Option<Rendering<Cube>>, RenderError<E::Error>> {
+    ) -> Result<Option<Rendering<Cube>>, RenderError<AnyError>> {
         let options = self.view.options.clone().with_fixed_mesh(mesh);
         match self.rendered(&options, most) {
             Ok(found) => Ok(found.map(|found| found.rendering)),
@@ -159,7 +159,7 @@ impl<E: Emission> OfEmission<'_, E> {
     }
 
     /// The rates at some points; those that are not stored are evaluated.
-    pub(super) fn rates_at(&mut self, points: &Batch) -> Result<Vec<f64>, RenderError<E::Error>> {
+    pub(super) fn rates_at(&mut self, points: &Batch) -> Result<Vec<f64>, RenderError<AnyError>> {
         let mut unknown = self.known(|rates| rates.unknown(points));
         let limits = limits(self.view.options, self.emission.takes_whole_batches(), true);
         let meter = Meter::new(self.view.shape, limits, None, false);

@@ -2,6 +2,7 @@
 
 use crate::calls::Calls;
 use crate::emission::FromSpectralFn;
+use crate::erased::Erased;
 use crate::exchange::MethodError;
 use crate::image::Image;
 use crate::meter::{Limits, Meter};
@@ -81,7 +82,7 @@ pub(crate) fn answered<T>(
 ) -> T {
     let emission = FromSpectralFn(|position, _, energy| rate(position, energy));
     let task = pin!(async { Ok::<T, MethodError>(task.await) });
-    Calls::new(&emission, meter, None).drive(task).unwrap()
+    Calls::new(&Erased(&emission), meter, None).drive(task).unwrap()
 }
 
 pub(crate) fn view<'a>(meter: &'a Meter, chart: &'a dyn Chart) -> View<'a> {

@@ -2,6 +2,7 @@
 
 use crate::calls::Calls;
 use crate::emission::FromFn;
+use crate::erased::Erased;
 use crate::meter::{Limits, Meter};
 use crate::options::DEFAULT_MAX_EVALUATIONS;
 use crate::parallel::prelude::*;
@@ -32,7 +33,7 @@ fn costs(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> [u64; 2] {
     let tiles = [Tile { projection: &Canonical, shape: SHAPE, place: (0, 1) }];
     let meters = [(); 2].map(|()| Meter::new(SHAPE, limits, None, false));
     let engine = render(&meters[0], &tiles, None, &vol);
-    Calls::new(&emission, &meters[0], None).drive(pin!(engine)).unwrap();
+    Calls::new(&Erased(&emission), &meters[0], None).drive(pin!(engine)).unwrap();
     let parts = parts(&tiles, None, None);
     let tree = async {
         let known = KnownParts::none(1);
@@ -41,7 +42,7 @@ fn costs(rate: impl Fn([f64; 3]) -> f64 + Sync, tolerance: f64) -> [u64; 2] {
             .finish()
             .await
     };
-    Calls::new(&emission, &meters[1], None).drive(pin!(tree)).unwrap();
+    Calls::new(&Erased(&emission), &meters[1], None).drive(pin!(tree)).unwrap();
     meters.map(|meter| meter.evaluations())
 }
 

@@ -3,6 +3,7 @@
 use super::{WorldBox, WorldTree, WorldTreeError};
 use crate::calls::Calls;
 use crate::emission::Emission;
+use crate::erased::{Erased, typed};
 use crate::error::{OptionError, RenderError};
 use crate::exchange::MethodError;
 use crate::meter::{Limits, Meter};
@@ -229,7 +230,9 @@ pub fn build_world_tree<E: Emission>(
         ..BuildOptions::default()
     };
     let mut method = grow(&meter, bounds, &build_options);
-    let grown = Calls::new(emission, &meter, options.progress).drive(method.as_mut())?;
+    let grown = Calls::new(&Erased(emission), &meter, options.progress)
+        .drive(method.as_mut())
+        .map_err(typed)?;
     let grown = grown.map_err(|Directional { position, rates }| WorldTreeError::Directional {
         position,
         directions: DIRECTIONS,

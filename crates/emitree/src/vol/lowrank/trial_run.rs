@@ -2,6 +2,7 @@
 
 use crate::calls::Calls;
 use crate::emission::{Emission, Samples};
+use crate::erased::Erased;
 use crate::error::RenderError;
 use crate::exchange::drive;
 use crate::meter::{Deadline, Limits, Meter};
@@ -37,7 +38,7 @@ pub(super) fn evaluations_of_tree(
     most: f64,
     deadline: Option<Deadline>,
 ) -> Option<f64> {
-    let emission = InterpolantEmission(interpolant);
+    let emission = Erased(&InterpolantEmission(interpolant));
     // A budget would change the refinement, so that the run is interrupted from outside.
     let [max_evaluations, max_kept, batch_size] = [u64::MAX; 3];
     let limits = Limits { max_evaluations, max_kept, batch_size, whole_batches: false, deadline };
