@@ -1,6 +1,6 @@
 //! The tests under `tests/astropy`, in a virtual environment of their own.
 
-use crate::environment::{BYTECODE, empty_folder, interpreter};
+use crate::environment::{empty_folder, interpreter};
 use crate::outcome::Outcome;
 use crate::workspace::{Workspace, succeed};
 use std::env::consts;
@@ -20,7 +20,6 @@ fn check(workspace: &Workspace) -> Result<(), String> {
         workspace
             .command(python)
             .args(["-m", "pytest", "-p", "no:cacheprovider", "-W", "error", "tests/astropy"])
-            .env("EMITREE_SAMPLES", &samples)
-            .env("PYTHONPYCACHEPREFIX", workspace.target_path(BYTECODE)),
+            .env("EMITREE_SAMPLES", &samples),
     )
 }

@@ -43,9 +43,6 @@ pub(crate) fn interpreter(
 pub(crate) const INSTALL: [&str; 6] =
     ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-compile"];
 
-/// The folder of compiled modules in the target directory: none is written beside the files of the repository.
-pub(crate) const BYTECODE: &str = "python-bytecode";
-
 /// An empty folder in the target directory: files of former runs would be taken for new ones.
 pub(crate) fn empty_folder(workspace: &Workspace, name: &str) -> Result<PathBuf, String> {
     let folder = workspace.target_path(name);

@@ -28,7 +28,6 @@ pub(crate) fn run(workspace: &Workspace, arguments: &[&str]) -> Result<(), Strin
     let mut command = workspace.command(&python);
     command.arg(format!("{FOLDER}/errors.py")).arg(workspace.target_path("release/emitree"));
     command.arg(FOLDER).arg(empty_folder(workspace, "errors")?).arg(PICTURES);
-    command.env("PYTHONDONTWRITEBYTECODE", "1");
     let line = spelled(&command);
     let output = command.output().map_err(|error| format!("`{line}` could not be run: {error}"))?;
     if !output.status.success() {

@@ -34,6 +34,7 @@ mod python;
 mod quick;
 mod site;
 mod step;
+mod test_files;
 mod total;
 mod unit;
 mod versions;

@@ -20,7 +20,7 @@ pub(crate) fn run(workspace: &Workspace, names: &[&str]) -> Result<(), String> {
     let module = |arguments: &[&str]| {
         let mut command = workspace.command(&python);
         command.arg("-m").args(arguments);
-        command.env("PYTHONPATH", workspace.path("bench")).env("PYTHONDONTWRITEBYTECODE", "1");
+        command.env("PYTHONPATH", workspace.path("bench"));
         command
     };
     succeed(&mut module(&["pytest", "-q", "-p", "no:cacheprovider", FOLDER]))?;

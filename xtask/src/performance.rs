@@ -116,7 +116,7 @@ fn plot(workspace: &Workspace) -> Result<(), String> {
     let mut command = workspace.command(&python);
     command.arg(format!("{FOLDER}/plots.py"));
     command.arg(format!("bench/runs/performance-{PLOTTED}.csv")).arg("docs/images");
-    succeed(command.env("PYTHONDONTWRITEBYTECODE", "1"))
+    succeed(&mut command)
 }
 
 /// The sections in what the example printed, with what is theirs.

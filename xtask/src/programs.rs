@@ -81,7 +81,7 @@ pub(crate) fn paper(workspace: &Workspace, arguments: &[&str]) -> Result<(), Str
     }
     let folder = workspace.target_path("paper");
     let mut script = workspace.command(python(workspace)?);
-    script.arg("paper/build.py").arg(&folder).env("PYTHONDONTWRITEBYTECODE", "1");
+    script.arg("paper/build.py").arg(&folder);
     succeed(&mut script)?;
     eprintln!("xtask: {}", folder.join("paper.pdf").display());
     Ok(())
@@ -96,7 +96,7 @@ pub(crate) fn recipe(workspace: &Workspace, arguments: &[&str]) -> Result<(), St
     let folder = workspace.target_path("recipe");
     let mut script = workspace.command(python(workspace)?);
     script.arg("python/conda/recipe.py").arg(sdist).arg(&folder);
-    succeed(script.env("PYTHONDONTWRITEBYTECODE", "1"))?;
+    succeed(&mut script)?;
     eprintln!("xtask: {}", folder.join("recipe.yaml").display());
     Ok(())
 }

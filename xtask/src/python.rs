@@ -1,7 +1,7 @@
 //! The Python package: checked as it stands, its wheel built, installed in a virtual environment, and
 //! tested there.
 
-use crate::environment::{BYTECODE, INSTALL, empty_folder, interpreter};
+use crate::environment::{INSTALL, empty_folder, interpreter};
 use crate::outcome::Outcome;
 use crate::workspace::{Workspace, succeed};
 use std::env::consts;
@@ -43,11 +43,7 @@ pub(crate) fn check(workspace: &Workspace, wheel: Option<&Path>) -> Result<(), S
     succeed(workspace.cargo().args(build))?;
     let command = workspace.target_path("debug").join(format!("emitree{}", consts::EXE_SUFFIX));
     let mut tests = workspace.command(&python);
-    tests
-        .args(TESTS)
-        .env("PYTHONPYCACHEPREFIX", workspace.target_path(BYTECODE))
-        .env("EMITREE_COMMAND", command);
-    succeed(&mut tests)
+    succeed(tests.args(TESTS).env("EMITREE_COMMAND", command))
 }
 
 /// Lints of Python files, and their formatting.

@@ -23,12 +23,15 @@ pub(crate) fn run(workspace: &Workspace, arguments: &[&str]) -> Result<(), Strin
     };
     let python = interpreter(workspace, "site-venv", "docs/site/requirements.txt")?;
     python::lint(workspace, &python, "docs/site")?;
-    succeed(
-        workspace
-            .command(&python)
-            .args(["-m", "pytest", "-p", "no:cacheprovider", "-W", "error", "docs/site/tests"])
-            .env("PYTHONDONTWRITEBYTECODE", "1"),
-    )?;
+    succeed(workspace.command(&python).args([
+        "-m",
+        "pytest",
+        "-p",
+        "no:cacheprovider",
+        "-W",
+        "error",
+        "docs/site/tests",
+    ]))?;
     match wheel {
         Some(wheel) => python::install_wheel(workspace, &python, &wheel)?,
         None => python::install(workspace, &python, "site-wheel", &[])?,
@@ -41,7 +44,7 @@ pub(crate) fn run(workspace: &Workspace, arguments: &[&str]) -> Result<(), Strin
     let mut sphinx = workspace.command(&python);
     sphinx.args(strict).args(["--builder", "html", "--conf-dir", "docs/site", "--doctree-dir"]);
     sphinx.arg(folder.join("doctrees")).arg(&sources).arg(&pages);
-    succeed(sphinx.env("PYTHONDONTWRITEBYTECODE", "1"))?;
+    succeed(&mut sphinx)?;
     rust(workspace, &pages)?;
     script(workspace, &python, "docs/site/check.py", &pages)?;
     eprintln!("xtask: the site is {}", pages.join("index.html").display());
@@ -51,7 +54,7 @@ pub(crate) fn run(workspace: &Workspace, arguments: &[&str]) -> Result<(), Strin
 /// Runs a script of the site on a folder.
 fn script(workspace: &Workspace, python: &Path, script: &str, folder: &Path) -> Result<(), String> {
     let mut command = workspace.command(python);
-    succeed(command.arg(script).arg(folder).env("PYTHONDONTWRITEBYTECODE", "1"))
+    succeed(command.arg(script).arg(folder))
 }
 
 /// The documentation of the crates, moved to a folder of the site.

@@ -2,7 +2,7 @@
 
 use crate::outcome::Outcome;
 use crate::workspace::{Workspace, succeed};
-use crate::{astropy, circles, features, package, programs, python, unit, words};
+use crate::{astropy, circles, features, package, programs, python, test_files, unit, words};
 
 /// One check, and the subcommand that runs it alone.
 pub(crate) struct Step {
@@ -11,7 +11,7 @@ pub(crate) struct Step {
     pub(crate) run: fn(&Workspace) -> Outcome,
 }
 
-pub(crate) const STEPS: [Step; 13] = [
+pub(crate) const STEPS: [Step; 14] = [
     Step { name: "fmt", about: "formatting", run: fmt },
     Step { name: "words", about: "texts use the terms of docs/glossary.md", run: terms },
     Step { name: "spelling", about: "misspelt words", run: programs::spelling },
@@ -29,6 +29,11 @@ pub(crate) const STEPS: [Step; 13] = [
         name: "circles",
         about: "no modules that use each other in a circle",
         run: import_circles,
+    },
+    Step {
+        name: "test-files",
+        about: "each file of integration tests is compiled",
+        run: test_files::run,
     },
     Step { name: "lint", about: "clippy, warnings are errors", run: lint },
     Step { name: "features", about: "clippy on each feature alone", run: features::run },

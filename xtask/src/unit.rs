@@ -6,7 +6,7 @@ use crate::workspace::{Workspace, spelled};
 use std::io::{self, BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
 
-/// What is tested. Examples and benchmarks are not built: the step `lint` has compiled them.
+/// What is tested. Examples and benchmarks are not built: the step `lint` checks them.
 const PARTS: [&str; 2] = ["--tests", "--doc"];
 
 pub(crate) fn run(workspace: &Workspace) -> Outcome {

@@ -34,10 +34,12 @@ impl Workspace {
         self.target.clone().unwrap_or_else(default).join(path)
     }
 
-    /// A command that runs in the root.
+    /// A command that runs in the root. If it is Python, it writes compiled modules into the target directory, and
+    /// none beside the files of the repository.
     pub(crate) fn command(&self, program: impl AsRef<std::ffi::OsStr>) -> Command {
         let mut command = Command::new(program);
         command.current_dir(&self.root);
+        command.env("PYTHONPYCACHEPREFIX", self.target_path("python-bytecode"));
         if let Some(target) = &self.target {
             command.env("CARGO_TARGET_DIR", target);
         }
