@@ -83,28 +83,43 @@ impl Analysis {
 /// Several sums Σ cₖ Tₖ, with a column of coefficients for each.
 pub(super) type Series = DMatrix<f64>;
 
-/// The number of coordinates at which sums are evaluated together: enough to hide the latency of
-/// each step.
+/// The number of coordinates at which sums are evaluated together.
 pub(super) const LANES: usize = 32;
+/// The coordinates and the sums of one recurrence: as many as fit in 16 registers of four numbers, and enough to hide
+/// the latency of each step.
+const OF_RECURRENCE: (usize, usize) = (8, 3);
 
 /// Writes each sum at the coordinates `x` to `sums`, with Clenshaw's recurrence.
-pub(super) fn sums_at(series: &Series, x: &[f64; LANES], sums: &mut [[f64; LANES]]) {
-    let all = series.as_slice().chunks_exact(series.nrows().max(1));
-    all.zip(sums).for_each(|(coefficients, sum)| sum_at(coefficients, x, sum));
-}
-
 #[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
-fn sum_at(coefficients: &[f64], x: &[f64; LANES], sum: &mut [f64; LANES]) {
-    let twice_s = x.map(|x| 2.0 - 4.0 * x);
-    let (mut now, mut before) = ([0.0; LANES], [0.0; LANES]);
-    for c in coefficients[1..].iter().rev() {
-        for lane in 0..LANES {
-            let next = c + twice_s[lane] * now[lane] - before[lane];
-            (before[lane], now[lane]) = (now[lane], next);
+pub(super) fn sums_at(series: &Series, x: &[f64; LANES], sums: &mut [[f64; LANES]]) {
+    const COORDINATES: usize = OF_RECURRENCE.0;
+    const TOGETHER: usize = OF_RECURRENCE.1;
+    let (count, rows) = (sums.len().min(series.ncols()), series.nrows().max(1));
+    let column = |k: usize| &series.as_slice()[k * rows..][..rows];
+    for first in (0..count).step_by(TOGETHER) {
+        // The last ones are computed several times.
+        let of_all: [&[f64]; TOGETHER] =
+            core::array::from_fn(|k| column((first + k).min(count - 1)));
+        for at in (0..LANES).step_by(COORDINATES) {
+            let twice_s: [f64; COORDINATES] = core::array::from_fn(|lane| 2.0 - 4.0 * x[at + lane]);
+            let mut now = [[0.0; COORDINATES]; TOGETHER];
+            let mut before = [[0.0; COORDINATES]; TOGETHER];
+            for row in (1..rows).rev() {
+                for k in 0..TOGETHER {
+                    let c = of_all[k][row];
+                    for lane in 0..COORDINATES {
+                        let next = c + twice_s[lane] * now[k][lane] - before[k][lane];
+                        (before[k][lane], now[k][lane]) = (now[k][lane], next);
+                    }
+                }
+            }
+            for (k, sum) in sums[first..count].iter_mut().take(TOGETHER).enumerate() {
+                for lane in 0..COORDINATES {
+                    sum[at + lane] =
+                        of_all[k][0] + 0.5 * twice_s[lane] * now[k][lane] - before[k][lane];
+                }
+            }
         }
-    }
-    for lane in 0..LANES {
-        sum[lane] = coefficients[0] + 0.5 * twice_s[lane] * now[lane] - before[lane];
     }
 }
 

@@ -23,12 +23,45 @@ pub(super) struct Forecast {
     next: f64,
     /// The number of successive forecasts that preferred the image tree.
     for_tree: u32,
+    /// The last trial run.
+    former: Option<TrialRun>,
+}
+
+/// What a trial run has shown.
+#[derive(Clone, Copy)]
+struct TrialRun {
+    tolerance: f64,
+    /// The evaluations of the image tree; at least so many if it did not end.
+    evaluations: f64,
+    has_ended: bool,
+}
+
+impl TrialRun {
+    /// Whether the image tree takes fewer evaluations than what is allowed now; `None` if the run does not show it, since
+    /// the interpolant has changed.
+    fn is_below(&self, allowed: f64) -> Option<bool> {
+        if self.evaluations > TUNING.lowrank.former_excess * allowed {
+            Some(false)
+        } else if self.has_ended && TUNING.lowrank.former_saving * self.evaluations < allowed {
+            Some(true)
+        } else {
+            None
+        }
+    }
 }
 
 impl Forecast {
     pub(super) fn new(goal: f64, is_relative: bool) -> Self {
         let next = TUNING.lowrank.first_forecast;
-        Self { goal, is_relative, darkest: 1.0, course: Vec::new(), next, for_tree: 0 }
+        Self {
+            goal,
+            is_relative,
+            darkest: 1.0,
+            course: Vec::new(),
+            next,
+            for_tree: 0,
+            former: None,
+        }
     }
 
     /// Records the relative error for the given `ranks` along the axes.
@@ -69,11 +102,22 @@ impl Forecast {
         let by_pixel = PixelTolerance::relative(trial_tolerance).with_floor(trial_floor);
         let by_pixel = self.is_relative.then_some(by_pixel);
         let cost_ratio = (trial(of_darkest) / of_darkest).powf(TUNING.engine.cost_exponent);
-        let most = TUNING.lowrank.trial_run_limit * remaining / cost_ratio;
-        let tree =
-            evaluations_of_tree(interpolant, shape, trial_tolerance, by_pixel, most, deadline);
-        let is_cheaper =
-            tree.is_some_and(|tree| tree * cost_ratio < TUNING.lowrank.safety_factor * remaining);
+        let allowed = TUNING.lowrank.safety_factor * remaining / cost_ratio;
+        let same =
+            self.former.filter(|former| former.tolerance.to_bits() == trial_tolerance.to_bits());
+        let is_cheaper = same.and_then(|former| former.is_below(allowed)).unwrap_or_else(|| {
+            let tree = evaluations_of_tree(
+                interpolant,
+                shape,
+                trial_tolerance,
+                by_pixel,
+                allowed,
+                deadline,
+            );
+            let (evaluations, has_ended) = (tree.unwrap_or(allowed), tree.is_some());
+            self.former = Some(TrialRun { tolerance: trial_tolerance, evaluations, has_ended });
+            has_ended && evaluations < allowed
+        });
         self.for_tree = if is_cheaper { self.for_tree + 1 } else { 0 };
         self.for_tree
             >= if cost_ratio > TUNING.lowrank.extrapolation_ratio {

@@ -177,15 +177,12 @@ impl Interpolant {
         let [x, y, z] = functions;
         let mut values = [0.0; LANES];
         for (i, x) in x.iter().enumerate() {
-            let mut of_x = [0.0; LANES];
-            for (j, y) in y.iter().enumerate() {
-                let mut of_y = [0.0; LANES];
-                for (core, z) in self.core[self.index(i, j)..].iter().zip(&*z) {
-                    add_times(&mut of_y, *core, z);
-                }
-                add_product(&mut of_x, 1.0, y, &of_y);
-            }
-            add_product(&mut values, 1.0, x, &of_x);
+            add_product(
+                &mut values,
+                1.0,
+                x,
+                &sum_of_products(&self.core[self.index(i, 0)..], y, z),
+            );
         }
         values
     }
@@ -249,6 +246,20 @@ impl Interpolant {
         let lines = DMatrix::from_fn(self.filled[0], self.filled[1], integral);
         Pixels { along_x: x * lines, along_y: y.transpose() }
     }
+}
+
+/// Σ c(j, k) y(j) z(k) in each lane, with the last index of c fastest.
+#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
+fn sum_of_products(core: &[f64], y: &[[f64; LANES]], z: &[[f64; LANES]]) -> [f64; LANES] {
+    let mut sum = [0.0; LANES];
+    for (y, core) in y.iter().zip(core.chunks_exact(z.len().max(1))) {
+        let mut of_y = [0.0; LANES];
+        for (core, z) in core.iter().zip(z) {
+            of_y.iter_mut().zip(z).for_each(|(of_y, z)| *of_y += core * z);
+        }
+        sum.iter_mut().zip(y.iter().zip(&of_y)).for_each(|(sum, (y, of_y))| *sum += y * of_y);
+    }
+    sum
 }
 
 #[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]

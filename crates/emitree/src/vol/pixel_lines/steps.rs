@@ -7,16 +7,15 @@
 use crate::exchange::MethodError;
 use crate::los::fixed::PlaceOfLine;
 use crate::vol::lattice;
-use crate::vol::pixel_lines::jumps::{Allowed, JumpsSeen, Medium, Two};
+use crate::vol::pixel_lines::jumps::{Allowed, Medium, Two};
 use std::time::Instant;
 
 /// The numbers of steps that lines may have.
 const NUMBERS: [usize; 10] = [9, 15, 21, 27, 45, 63, 81, 135, 189, 243];
-/// The numbers of steps in which scattered lines are integrated, the finest first: with their thirds they are all
-/// `NUMBERS` and the thirds of these.
-const INTEGRATED: [usize; 8] = [405, 243, 189, 45, 27, 21, 15, 9];
-/// The evaluations on one scattered line.
-const OF_A_CHECK: usize = 405 + 243 + 189 + 45 + 27 + 21 + 15 + 9;
+/// The steps of scattered lines with which those in fewer steps are compared.
+const FINEST: usize = 405;
+/// The evaluations on one scattered line if 45 steps suffice.
+const OF_A_CHECK: usize = FINEST + 9 + 15 + 21 + 27 + 45;
 /// The fewest and the most scattered lines, and the pixels for one of them in between.
 const CHECKS: [usize; 2] = [64, 256];
 const PIXELS_OF_A_CHECK: usize = 256;
@@ -27,10 +26,10 @@ const OF_CHECK: f64 = 0.1;
 /// pixel may miss it.
 const OF_MISSED: f64 = 1.0;
 /// The share of the error allowed that any line may have: one with more has three times as many steps.
-const OF_LINE: f64 = 0.5;
+pub(super) const OF_LINE: f64 = 0.5;
 /// The most steps of a line, and of a scattered one.
 const MOST_STEPS: usize = 6561;
-const MOST_STEPS_OF_A_CHECK: usize = 405 * 9;
+const MOST_STEPS_OF_A_CHECK: usize = FINEST * 9;
 /// The share of the scattered lines that may have more steps than the others.
 const FEW_OPEN: f64 = 0.25;
 /// The share of the scattered lines on which steps may leave larger errors where g jumps.
@@ -60,20 +59,8 @@ pub(super) struct CheckLine {
     pub(super) radiance: f64,
 }
 
-/// The radiances of lines in so many steps, among those that have been `found`.
-fn radiances_in(found: &[Vec<Two>], steps: usize) -> Vec<f64> {
-    let numbered = INTEGRATED.iter().zip(found);
-    let all = numbered.clone().find(|(of, _)| **of == steps).map(|(_, found)| found);
-    let third = numbered.into_iter().find(|(of, _)| **of == 3 * steps).map(|(_, found)| found);
-    match (all, third) {
-        (Some(found), _) => found.iter().map(|two| two.all).collect(),
-        (None, Some(found)) => found.iter().map(|two| two.third).collect(),
-        (None, None) => Vec::new(),
-    }
-}
-
-fn differences(a: &[f64], b: &[f64]) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| (a - b).abs()).collect()
+fn differences(a: impl Iterator<Item = f64>, b: &[f64]) -> Vec<f64> {
+    a.zip(b).map(|(a, b)| (a - b).abs()).collect()
 }
 
 /// The time of an evaluation on a few lines \[s\].
@@ -105,7 +92,7 @@ async fn exact_radiances(
     allowed: Allowed,
 ) -> Result<Option<Vec<f64>>, MethodError> {
     let mut integrals = found.to_vec();
-    let mut steps = INTEGRATED[0];
+    let mut steps = FINEST;
     loop {
         let is_open = |&line: &usize| (integrals[line].all - integrals[line].third).abs() > error;
         let open: Vec<usize> = (0..found.len()).filter(is_open).collect();
@@ -174,39 +161,41 @@ impl Steps {
             return Ok(None);
         }
         let mut seconds = f64::INFINITY;
-        let mut found = Vec::with_capacity(INTEGRATED.len());
-        let (mut jumps, mut largest) = (JumpsSeen::default(), 0.0);
-        let mut allowed_in_line = Allowed::OfLargest(OF_LINE * tolerance);
-        for steps in INTEGRATED {
+        let mut timed = async |steps: usize, allowed: Allowed| {
             let started = Instant::now();
-            let of = medium.integrals(&place, count, steps, allowed_in_line).await?;
-            let Some((of_lines, seen)) = of else { return Ok(None) };
+            let found = medium.integrals(&place, count, steps, allowed).await?;
             seconds = seconds.min(started.elapsed().as_secs_f64() / (count * steps) as f64);
-            if found.is_empty() {
-                jumps = seen;
-                largest = of_lines.iter().map(|two| two.all.abs()).fold(0.0, f64::max);
-                // On lines of few steps, smooth peaks look like jumps.
-                let allowed = OF_LINE * tolerance * largest;
-                allowed_in_line =
-                    Allowed::Absolute(if jumps.lines > 0 { allowed } else { f64::INFINITY });
-            }
-            found.push(of_lines);
-        }
-        let has_jumps = jumps.lines > 0;
+            Ok::<_, MethodError>(found)
+        };
+        let Some((finest, jumps)) = timed(FINEST, Allowed::OfLargest(OF_LINE * tolerance)).await?
+        else {
+            return Ok(None);
+        };
+        let largest = finest.iter().map(|two| two.all.abs()).fold(0.0, f64::max);
         let allowed = tolerance * largest;
-        if largest <= 0.0 || !found.iter().flatten().all(|two| two.all.is_finite()) {
+        if largest <= 0.0 || !finest.iter().all(|two| two.all.is_finite() && two.third.is_finite())
+        {
             return Ok(None);
         }
+        let has_jumps = jumps.lines > 0;
+        // On lines of few steps, smooth peaks look like jumps.
+        let allowed_at_jumps =
+            Allowed::Absolute(if has_jumps { OF_LINE * allowed } else { f64::INFINITY });
         let exact =
-            exact_radiances(medium, &place, &found[0], OF_CHECK * allowed, allowed_in_line).await?;
+            exact_radiances(medium, &place, &finest, OF_CHECK * allowed, allowed_at_jumps).await?;
         let Some(exact) = exact else { return Ok(None) };
         // Lines with larger errors have more steps.
         let few = if has_jumps { crate::cell::whole(FEW * count as f64) } else { 0 };
-        let suffices = |steps: &usize| {
-            let errors = differences(&radiances_in(&found, *steps), &exact);
-            errors.iter().filter(|error| **error > OF_STEPS * allowed).count() <= few
-        };
-        let Some(number) = NUMBERS.into_iter().find(suffices) else { return Ok(None) };
+        let mut sufficient = None;
+        for number in NUMBERS {
+            let Some((found, _)) = timed(number, allowed_at_jumps).await? else { return Ok(None) };
+            let errors = differences(found.iter().map(|two| two.all), &exact);
+            if errors.iter().filter(|error| **error > OF_STEPS * allowed).count() <= few {
+                sufficient = Some((number, found, errors));
+                break;
+            }
+        }
+        let Some((number, found, errors)) = sufficient else { return Ok(None) };
         // As many as that a piece of a line beyond a surface that lies between two steps changes it by no more than what
         // is allowed.
         let between_steps = (jumps.largest / (OF_MISSED * allowed)).min(MOST_STEPS as f64);
@@ -214,18 +203,16 @@ impl Steps {
         if seconds * (lines * number.max(enough)) as f64 > of_others {
             return Ok(None);
         }
-        let radiances = radiances_in(&found, number);
-        let errors = differences(&radiances, &exact);
-        let of_thirds = differences(&radiances, &radiances_in(&found, number / 3));
-        let ratio =
-            |(error, difference): (&f64, &f64)| error / difference.max(SMALL_DIFFERENCE * allowed);
-        let factor = CAUTION * errors.iter().zip(&of_thirds).map(ratio).fold(0.0, f64::max);
+        let ratio = |(error, two): (&f64, &Two)| {
+            error / (two.all - two.third).abs().max(SMALL_DIFFERENCE * allowed)
+        };
+        let factor = CAUTION * errors.iter().zip(&found).map(ratio).fold(0.0, f64::max);
         let check = |(line, &radiance): (usize, &f64)| CheckLine { place: place(line), radiance };
         Ok(Some(Self {
             number: number.max(enough),
             factor: factor.clamp(LEAST_FACTOR, 1.0),
             allowed: OF_LINE * allowed,
-            allowed_at_jumps: allowed_in_line,
+            allowed_at_jumps,
             has_jumps,
             missed: jumps.largest / number.max(enough) as f64,
             checks: exact.iter().enumerate().map(check).collect(),
@@ -262,22 +249,5 @@ impl Steps {
             open.retain(|line| values[*line].error > self.allowed);
         }
         Ok(Some(values))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn all_numbers_of_steps_and_their_thirds_follow_from_the_integrated_ones() {
-        let found: Vec<Vec<Two>> = INTEGRATED
-            .iter()
-            .map(|&steps| vec![Two { all: steps as f64, third: (steps / 3) as f64, at_jumps: 0.0 }])
-            .collect();
-        for steps in NUMBERS.into_iter().flat_map(|steps| [steps, steps / 3]) {
-            assert_eq!(radiances_in(&found, steps), [steps as f64], "{steps}");
-        }
-        assert_eq!(OF_A_CHECK, INTEGRATED.iter().sum::<usize>());
     }
 }

@@ -32,10 +32,12 @@ group! {
         /// The least decrease of ln(error) for each rank that a forecast assumes. It bounds the
         /// extrapolated rank.
         least_slope: f64 = 0.02, 0.01..=0.04;
-        /// The most evaluations of a trial run, scaled to T, in units of the extrapolated cost of
-        /// the rest of the search. A tree that costs more than `safety_factor` times the rest is
-        /// not preferred in any case, so that larger values only take time.
-        trial_run_limit: f64 = 2.0, 1.5..=4.0;
+        /// The factor by which the evaluations of a former trial run exceed what is allowed in the next one, which is
+        /// not made then. Smaller values take less time, and may miss that the tree is cheaper for a better interpolant.
+        former_excess: f64 = 1.5, 1.0..=3.0;
+        /// The factor by which the evaluations of a former trial run are below what is allowed in the next one, which
+        /// is not made then. Smaller values take less time, and may miss that the tree is more expensive.
+        former_saving: f64 = 4.0, 2.0..=8.0;
         /// The smallest change along an interval of a fiber, as a share of the largest residual,
         /// that is tested for a jump.
         least_steep_share: f64 = 0.3, 0.15..=0.6;
