@@ -1,16 +1,19 @@
 //! The tests under `tests/astropy`, in a virtual environment of their own.
 
-use crate::environment::{empty_folder, interpreter};
+use crate::environment::{Environment, empty_folder, interpreter};
 use crate::outcome::Outcome;
 use crate::workspace::{Workspace, succeed};
 use std::env::consts;
+
+pub(crate) const ENVIRONMENT: Environment<'_> =
+    Environment { name: "astropy-venv", requirements: "tests/astropy/requirements.txt" };
 
 pub(crate) fn run(workspace: &Workspace) -> Outcome {
     check(workspace).into()
 }
 
 fn check(workspace: &Workspace) -> Result<(), String> {
-    let python = interpreter(workspace, "astropy-venv", "tests/astropy/requirements.txt")?;
+    let python = interpreter(workspace, ENVIRONMENT)?;
     let samples = empty_folder(workspace, "astropy-samples")?;
     // With the features that everything has in the step `unit`, which need not compile it again.
     succeed(workspace.cargo().args(["build", "--workspace", "--example", "write_samples"]))?;

@@ -3,6 +3,19 @@
 use crate::workspace::{Workspace, succeed};
 use std::fs;
 use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+
+/// A virtual environment of a step.
+#[derive(Clone, Copy)]
+pub(crate) struct Environment<'a> {
+    /// Its folder in the target directory.
+    pub(crate) name: &'a str,
+    /// The file with its packages.
+    pub(crate) requirements: &'a str,
+}
+
+/// Held while an environment is made.
+static MAKING: Mutex<()> = Mutex::new(());
 
 /// Reports what a machine lacks.
 const MISSING: &str = "python3 with the modules venv and ensurepip is needed \
@@ -12,13 +25,21 @@ const MISSING: &str = "python3 with the modules venv and ensurepip is needed \
 pub(crate) const INTERPRETER: &str =
     if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" };
 
-/// The interpreter of the virtual environment `name`, which is made anew whenever the requirements
+/// Makes environments that later steps need, while the first ones compile: one processor unpacks the packages. What fails
+/// is tried again, and reported, by the step that needs the environment.
+pub(crate) fn prepare(workspace: &Workspace, environments: &[Environment<'_>]) {
+    for environment in environments {
+        let _ = interpreter(workspace, *environment);
+    }
+}
+
+/// The interpreter of a virtual environment, which is made anew whenever the requirements
 /// are not those that it was made from.
 pub(crate) fn interpreter(
     workspace: &Workspace,
-    name: &str,
-    requirements: &str,
+    Environment { name, requirements }: Environment<'_>,
 ) -> Result<PathBuf, String> {
+    let _alone = MAKING.lock().unwrap_or_else(PoisonError::into_inner);
     let requirements = workspace.path(requirements);
     let wanted = fs::read_to_string(&requirements)
         .map_err(|error| format!("{}: {error}", requirements.display()))?;

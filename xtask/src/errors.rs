@@ -2,7 +2,7 @@
 //!
 //! Not a step of `cargo xtask test`: it draws pictures.
 
-use crate::environment::{empty_folder, interpreter};
+use crate::environment::{Environment, empty_folder, interpreter};
 use crate::performance::with_block;
 use crate::python::lint;
 use crate::workspace::{Workspace, spelled, succeed};
@@ -23,7 +23,10 @@ pub(crate) fn run(workspace: &Workspace, arguments: &[&str]) -> Result<(), Strin
         return Err(format!("`{first}` after `errors`: expected nothing"));
     }
     succeed(workspace.cargo().args(["build", "--release", "--package", "emitree-cli"]))?;
-    let python = interpreter(workspace, "errors-venv", &format!("{FOLDER}/requirements.txt"))?;
+    let python = interpreter(
+        workspace,
+        Environment { name: "errors-venv", requirements: &format!("{FOLDER}/requirements.txt") },
+    )?;
     lint(workspace, &python, FOLDER)?;
     let mut command = workspace.command(&python);
     command.arg(format!("{FOLDER}/errors.py")).arg(workspace.target_path("release/emitree"));

@@ -42,6 +42,7 @@ mod wheel;
 mod words;
 mod workspace;
 
+use environment::Environment;
 use outcome::Outcome;
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -74,6 +75,9 @@ const TOOLS: [(&str, Tool); 19] = [
     ("wheel", wheel::run),
 ];
 
+/// The environments of the last steps.
+const LATER: [Environment<'_>; 2] = [astropy::ENVIRONMENT, python::ENVIRONMENT];
+
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
@@ -104,9 +108,20 @@ fn main() -> ExitCode {
         Ok(workspace) => workspace,
         Err(message) => return failure(&message),
     };
+    std::thread::scope(|scope| {
+        // Made by one processor, beside steps that leave one.
+        if let ["test"] = words[..] {
+            scope.spawn(|| environment::prepare(&workspace, &LATER));
+        }
+        run(steps, &workspace)
+    })
+}
+
+/// Runs steps until one fails.
+fn run(steps: &[Step], workspace: &Workspace) -> ExitCode {
     for step in steps {
         let start = Instant::now();
-        let outcome = (step.run)(&workspace);
+        let outcome = (step.run)(workspace);
         // Before the total, which is the last line.
         eprintln!("xtask: step `{}` took {:.0} s", step.name, start.elapsed().as_secs_f64());
         if !report(step, outcome) {

@@ -3,7 +3,7 @@
 //! Not a step of `cargo xtask test`: it takes minutes, gigabytes of packages, and its seconds are those
 //! of the machine.
 
-use crate::environment::interpreter;
+use crate::environment::{Environment, interpreter};
 use crate::python::{install, lint};
 use crate::workspace::{Workspace, succeed};
 
@@ -13,7 +13,10 @@ const FOLDER: &str = "bench/peers";
 /// Tests the comparison, measures the contestants and scenes named (all if none is; `users` is what
 /// users would pick), and writes `bench/runs/peers.csv`, `docs/peers.md` and its pictures.
 pub(crate) fn run(workspace: &Workspace, names: &[&str]) -> Result<(), String> {
-    let python = interpreter(workspace, "peers-venv", &format!("{FOLDER}/requirements.txt"))?;
+    let python = interpreter(
+        workspace,
+        Environment { name: "peers-venv", requirements: &format!("{FOLDER}/requirements.txt") },
+    )?;
     lint(workspace, &python, FOLDER)?;
     // Optimised as users have it: seconds are compared too.
     install(workspace, &python, "peers-wheel", &["--profile", "dist"])?;

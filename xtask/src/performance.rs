@@ -4,7 +4,7 @@
 //!
 //! Not a step of `cargo xtask test`: it takes minutes, and its seconds are those of the machine.
 
-use crate::environment::interpreter;
+use crate::environment::{Environment, interpreter};
 use crate::grouped::grouped;
 use crate::python::lint;
 use crate::workspace::{Workspace, spelled, succeed};
@@ -111,7 +111,10 @@ fn output_of(command: &mut Command) -> Result<String, String> {
 /// Draws the plots of the numbers kept.
 fn plot(workspace: &Workspace) -> Result<(), String> {
     let requirements = format!("{FOLDER}/requirements.txt");
-    let python = interpreter(workspace, "performance-venv", &requirements)?;
+    let python = interpreter(
+        workspace,
+        Environment { name: "performance-venv", requirements: &requirements },
+    )?;
     lint(workspace, &python, FOLDER)?;
     let mut command = workspace.command(&python);
     command.arg(format!("{FOLDER}/plots.py"));

@@ -2,21 +2,21 @@
 //!
 //! They are installed as wheels, each at one version (`xtask/requirements.txt`), so that all machines find the same.
 
-use crate::environment::interpreter;
+use crate::environment::{Environment, interpreter};
 use crate::outcome::Outcome;
 use crate::workspace::{Workspace, succeed};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The virtual environment of these programs, in the target directory.
-const ENVIRONMENT: &str = "checks-venv";
-const REQUIREMENTS: &str = "xtask/requirements.txt";
+/// The virtual environment of these programs.
+const ENVIRONMENT: Environment<'_> =
+    Environment { name: "checks-venv", requirements: "xtask/requirements.txt" };
 /// Where `cargo deny` has its advisories from.
 const ADVISORIES: &str = "https://github.com/RustSec/advisory-db";
 
 /// The Python of the environment.
 pub(crate) fn python(workspace: &Workspace) -> Result<PathBuf, String> {
-    interpreter(workspace, ENVIRONMENT, REQUIREMENTS)
+    interpreter(workspace, ENVIRONMENT)
 }
 
 /// The path of a program of the environment.

@@ -1,7 +1,7 @@
 //! The Python package: checked as it stands, its wheel built, installed in a virtual environment, and
 //! tested there.
 
-use crate::environment::{INSTALL, empty_folder, interpreter};
+use crate::environment::{Environment, INSTALL, empty_folder, interpreter};
 use crate::outcome::Outcome;
 use crate::workspace::{Workspace, succeed};
 use std::env::consts;
@@ -25,13 +25,16 @@ const TESTS: [&str; 12] = [
     "python/tests",
 ];
 
+pub(crate) const ENVIRONMENT: Environment<'_> =
+    Environment { name: "python-venv", requirements: "python/tests/requirements.txt" };
+
 pub(crate) fn run(workspace: &Workspace) -> Outcome {
     check(workspace, None).into()
 }
 
 /// All of that, with a wheel that exists instead of one of the sources.
 pub(crate) fn check(workspace: &Workspace, wheel: Option<&Path>) -> Result<(), String> {
-    let python = interpreter(workspace, "python-venv", "python/tests/requirements.txt")?;
+    let python = interpreter(workspace, ENVIRONMENT)?;
     lint(workspace, &python, "python")?;
     match wheel {
         Some(wheel) => install_wheel(workspace, &python, wheel)?,

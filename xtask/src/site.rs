@@ -3,7 +3,7 @@
 //! Its pages are parts of the documents of the repository (`docs/site/pages.py`), its reference of Python is
 //! made of docstrings, its notebooks are executed, and the documentation of the crates is beside them.
 
-use crate::environment::{empty_folder, interpreter};
+use crate::environment::{Environment, empty_folder, interpreter};
 use crate::python;
 use crate::workspace::{Workspace, succeed};
 use std::fs;
@@ -21,7 +21,10 @@ pub(crate) fn run(workspace: &Workspace, arguments: &[&str]) -> Result<(), Strin
         [wheel] => Some(std::path::absolute(wheel).map_err(|error| format!("{wheel}: {error}"))?),
         _ => return Err("expected nothing or the path of a wheel".into()),
     };
-    let python = interpreter(workspace, "site-venv", "docs/site/requirements.txt")?;
+    let python = interpreter(
+        workspace,
+        Environment { name: "site-venv", requirements: "docs/site/requirements.txt" },
+    )?;
     python::lint(workspace, &python, "docs/site")?;
     succeed(workspace.command(&python).args([
         "-m",

@@ -4,7 +4,7 @@
 //! that one compilation shows that both are complete. `zig` links against the symbols of an old C library, for which
 //! others use a container.
 
-use crate::environment::{INSTALL, INTERPRETER, empty_folder, interpreter};
+use crate::environment::{Environment, INSTALL, INTERPRETER, empty_folder, interpreter};
 use crate::licences;
 use crate::python::{self, only_file};
 use crate::workspace::{Workspace, spelled, succeed};
@@ -24,7 +24,10 @@ pub(crate) fn run(workspace: &Workspace, arguments: &[&str]) -> Result<(), Strin
         ["test"] => true,
         _ => return Err("expected nothing, or `test` for all tests of Python".into()),
     };
-    let python = interpreter(workspace, "wheel-venv", "python/wheel/requirements.txt")?;
+    let python = interpreter(
+        workspace,
+        Environment { name: "wheel-venv", requirements: "python/wheel/requirements.txt" },
+    )?;
     licences::run(workspace, &[])?;
     let folder = empty_folder(workspace, FOLDER)?;
     let (sdist, sources, wheels) =

@@ -13,8 +13,8 @@ const LATTICES: [usize; 5] = [13, 34, 89, 233, 610];
 /// Lines suffice if the mean changes by no more than this share of what is allowed, where g jumps or there are limbs: a few
 /// lines may agree by chance where an edge crosses the pixel. In other images the change may be all that is allowed.
 const CHANGE_AT_EDGES: f64 = 0.25;
-/// The steps of these lines are finer so many times, except at the first level: structure of the image between pixels is
-/// often narrow in depth, too, and then the mean changes. Where g jumps, all lines have as many as others.
+/// The steps of these lines are finer so many times: structure of the image between pixels is often narrow in depth, too.
+/// Where g jumps, all lines have so many.
 const FINER: usize = 3;
 /// The error of a mean over a pixel that an edge crosses, in units of the range of its lines over their number: what one
 /// of them stands for is on one side of the edge or on the other.
@@ -115,7 +115,7 @@ impl PixelLines<'_> {
         seconds_left: &mut f64,
     ) -> Result<bool, MethodError> {
         let has_jumps = self.steps.has_jumps;
-        let finer = if has_jumps || level == 0 { 1 } else { FINER };
+        let finer = if has_jumps { 1 } else { FINER };
         let of_change = if has_jumps || self.limbs.cross_pixels() { CHANGE_AT_EDGES } else { 1.0 };
         let open: Vec<usize> = (0..divided.len()).filter(|&of| !divided[of].is_settled).collect();
         // Before there is a place for each of them.

@@ -31,19 +31,19 @@ use divided::Divided;
 use jumps::Medium;
 use lattice_image::{LatticeImage, largest_around};
 use limbs::Limbs;
-use steps::{CheckLine, OF_LINE, Steps};
+use steps::{CheckLine, Steps};
 
 /// What products take where they serve the view, without the time of g: a tenth of a second, and 3 microseconds for
 /// each pixel.
 const OF_PRODUCTS: Seconds = Seconds { of_image: 0.1, of_pixel: 3e-6 };
 /// What surfaces and image trees take, which follow where products do not serve the view.
 const OF_OTHERS: Seconds = Seconds { of_image: 2.0, of_pixel: 5e-5 };
-/// The share of the error allowed that the mean over a pixel may have beside the largest error of a line: one with more
-/// than that, and what its lines leave, has lines of its own.
+/// The share of the error allowed that the mean over a pixel may have: one with more has lines of its own.
 const OF_PIXEL: f64 = 0.4;
 /// The pixels along each side of a block that has one line, and the largest share of pixels that may have lines of
-/// their own: with more, blocks become smaller.
-const BLOCKS: [(usize, f64); 4] = [(8, 0.01), (4, 0.02), (2, 0.1), (1, 0.5)];
+/// their own, which take as long as 27 others: with more, blocks of half the size and an eighth of the share have less
+/// to integrate.
+const BLOCKS: [(usize, f64); 4] = [(8, 0.002), (4, 0.008), (2, 0.032), (1, 0.5)];
 /// Errors fall at least with this power of the size of a block where the image is smooth.
 const ERROR_EXPONENT: i32 = 3;
 /// The fewest blocks along each side.
@@ -243,12 +243,8 @@ impl<'a> PixelLines<'a> {
             })
         };
         let of_mean = |of: usize, density: f64| errors.pixels()[of] / density.abs();
-        // What the error of its lines leaves to that of a mean.
-        let allowed_in_mean = |of: usize| {
-            OF_PIXEL * allowed + f64::max(OF_LINE * allowed - of_lines.pixels()[of], 0.0)
-        };
         let share = |of: usize, density: f64| {
-            if is_far[of] { f64::INFINITY } else { of_mean(of, density) / allowed_in_mean(of) }
+            if is_far[of] { f64::INFINITY } else { of_mean(of, density) / (OF_PIXEL * allowed) }
         };
         let error = |of: usize, density: f64| of_lines.pixels()[of] + of_mean(of, density);
         let (errors, mut shares) = (on_pixels(&error), on_pixels(&share));

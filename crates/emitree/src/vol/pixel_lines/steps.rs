@@ -26,7 +26,7 @@ const OF_CHECK: f64 = 0.1;
 /// pixel may miss it.
 const OF_MISSED: f64 = 1.0;
 /// The share of the error allowed that any line may have: one with more has three times as many steps.
-pub(super) const OF_LINE: f64 = 0.5;
+const OF_LINE: f64 = 0.5;
 /// The most steps of a line, and of a scattered one.
 const MOST_STEPS: usize = 6561;
 const MOST_STEPS_OF_A_CHECK: usize = FINEST * 9;
