@@ -113,10 +113,10 @@ group! {
         check_errors: f64 = 4.0, 3.0..=8.0;
         check_least: f64 = 0.5, 0.3..=1.0;
         check_distance: f64 = 1.5, 1.0..=2.0;
-        /// The distance at which regions on both sides of a face have to agree, in displacements
-        /// allowed; and the same where a smooth patch is on each side. Patches that meet at edges seldom agree
-        /// that closely, and their cells are divided for nothing.
+        /// The distance at which regions on both sides of a face have to agree, in displacements allowed.
         face_distance: f64 = 3.0, 2.0..=4.0;
+        /// The same where a smooth patch is on each side. Patches that meet at edges seldom agree that closely, and their
+        /// cells are divided for nothing.
         smooth_face_distance: f64 = 1.0, 0.5..=2.0;
         /// The points along each axis of a face at which they are compared; and the same where patches meet,
         /// since an edge passes through a part of a face between fewer.
@@ -149,8 +149,9 @@ group! {
         /// The ratio of the error of a polynomial to its leave-one-out residuals.
         piece_margin: f64 = 1.5, 1.0..=2.0;
         /// The ratio of the error of a crossing to what the displacement allowed changes there, since patches are
-        /// wrong by more between their points; and the same for smooth patches.
+        /// wrong by more between their points.
         crossing_margin: f64 = 1.5, 1.2..=2.0;
+        /// The same for smooth patches.
         smooth_margin: f64 = 1.2, 1.0..=1.5;
         /// The ratio of the displacement of a surface that counts as the error of a requested line to the error of its
         /// patch: a line meets it at one place, and not at the places of a pixel.
