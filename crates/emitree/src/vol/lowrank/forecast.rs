@@ -159,6 +159,18 @@ mod tests {
     }
 
     #[test]
+    fn a_former_trial_run_decides_where_it_is_far_from_what_is_allowed() {
+        let run = |has_ended| TrialRun { tolerance: 0.01, evaluations: 1000.0, has_ended };
+        for has_ended in [true, false] {
+            assert_eq!(run(has_ended).is_below(600.0), Some(false));
+            assert_eq!(run(has_ended).is_below(700.0), None);
+            assert_eq!(run(has_ended).is_below(3900.0), None);
+            // A run that did not end may have needed any number.
+            assert_eq!(run(has_ended).is_below(4100.0), has_ended.then_some(true));
+        }
+    }
+
+    #[test]
     fn there_is_no_forecast_before_the_first_error_estimates() {
         let mut forecast = Forecast::new(1e-3, false);
         let interpolant = Interpolant::new(4, None);
