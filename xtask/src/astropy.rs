@@ -5,6 +5,7 @@ use crate::outcome::Outcome;
 use crate::workspace::{Workspace, succeed};
 use std::env::consts;
 
+/// The packages that read our files.
 pub(crate) const ENVIRONMENT: Environment<'_> =
     Environment { name: "astropy-venv", requirements: "tests/astropy/requirements.txt" };
 

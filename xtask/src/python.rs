@@ -25,6 +25,7 @@ const TESTS: [&str; 12] = [
     "python/tests",
 ];
 
+/// The packages of the tests.
 pub(crate) const ENVIRONMENT: Environment<'_> =
     Environment { name: "python-venv", requirements: "python/tests/requirements.txt" };
 

@@ -39,16 +39,19 @@ fn bits(image: &Image) -> Vec<u64> {
 /// The time that a rate takes decides: these take a fiftieth of what is allowed.
 #[test]
 fn cheap_rates_are_integrated_along_lines_of_sight() -> TestResult {
+    let mut evaluations = Vec::new();
     for seed in [0, 1, 2, 4, 5] {
         let scene = random_scene(seed);
         let exact = scene.reference_image([64, 80]).image;
         let found = in_time(|position| scene.rate(position), [64, 80]);
         let steps = found.stats.line_steps.ok_or("lines of sight")?;
-        assert!(steps >= 9 && found.stats.evaluations > 40_000, "{seed}");
+        assert!(steps >= 9, "{seed}");
+        evaluations.push(found.stats.evaluations);
         assert!(found.converged() && found.estimated_error() <= Some(0.01), "{seed}");
         let error = relative_error(&found.values, &exact);
         assert!(error <= 0.01, "{seed}: {error}");
     }
+    assert_eq!(evaluations, [172_974, 52_104, 182_559, 84_216, 106_374]);
     Ok(())
 }
 

@@ -87,17 +87,16 @@ pub(super) type Series = DMatrix<f64>;
 pub(super) const LANES: usize = 32;
 /// The coordinates and the sums of one recurrence: as many as fit in 16 registers of four numbers, and enough to hide
 /// the latency of each step.
-const OF_RECURRENCE: (usize, usize) = (8, 3);
+const COORDINATES: usize = 8;
+const TOGETHER: usize = 3;
 
 /// Writes each sum at the coordinates `x` to `sums`, with Clenshaw's recurrence.
 #[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
 pub(super) fn sums_at(series: &Series, x: &[f64; LANES], sums: &mut [[f64; LANES]]) {
-    const COORDINATES: usize = OF_RECURRENCE.0;
-    const TOGETHER: usize = OF_RECURRENCE.1;
     let (count, rows) = (sums.len().min(series.ncols()), series.nrows().max(1));
     let column = |k: usize| &series.as_slice()[k * rows..][..rows];
     for first in (0..count).step_by(TOGETHER) {
-        // The last ones are computed several times.
+        // Where fewer are left, the last one is computed several times.
         let of_all: [&[f64]; TOGETHER] =
             core::array::from_fn(|k| column((first + k).min(count - 1)));
         for at in (0..LANES).step_by(COORDINATES) {

@@ -30,19 +30,18 @@ pub(super) struct Forecast {
 /// What a trial run has shown.
 #[derive(Clone, Copy)]
 struct TrialRun {
-    tolerance: f64,
-    /// The evaluations of the image tree; at least so many if it did not end.
-    evaluations: f64,
+    /// The expected evaluations of the image tree; at least so many if the run did not end.
+    cost: f64,
     has_ended: bool,
 }
 
 impl TrialRun {
-    /// Whether the image tree takes fewer evaluations than what is allowed now; `None` if the run does not show it, since
-    /// the interpolant has changed.
+    /// Whether the image tree takes fewer evaluations than what is allowed now; `None` if the run does not show it for an
+    /// interpolant that has changed since.
     fn is_below(&self, allowed: f64) -> Option<bool> {
-        if self.evaluations > TUNING.lowrank.former_excess * allowed {
+        if self.cost > TUNING.lowrank.former_excess * allowed {
             Some(false)
-        } else if self.has_ended && TUNING.lowrank.former_saving * self.evaluations < allowed {
+        } else if self.has_ended && TUNING.lowrank.former_saving * self.cost < allowed {
             Some(true)
         } else {
             None
@@ -102,21 +101,16 @@ impl Forecast {
         let by_pixel = PixelTolerance::relative(trial_tolerance).with_floor(trial_floor);
         let by_pixel = self.is_relative.then_some(by_pixel);
         let cost_ratio = (trial(of_darkest) / of_darkest).powf(TUNING.engine.cost_exponent);
-        let allowed = TUNING.lowrank.safety_factor * remaining / cost_ratio;
-        let same =
-            self.former.filter(|former| former.tolerance.to_bits() == trial_tolerance.to_bits());
-        let is_cheaper = same.and_then(|former| former.is_below(allowed)).unwrap_or_else(|| {
-            let tree = evaluations_of_tree(
-                interpolant,
-                shape,
-                trial_tolerance,
-                by_pixel,
-                allowed,
-                deadline,
-            );
-            let (evaluations, has_ended) = (tree.unwrap_or(allowed), tree.is_some());
-            self.former = Some(TrialRun { tolerance: trial_tolerance, evaluations, has_ended });
-            has_ended && evaluations < allowed
+        let allowed = TUNING.lowrank.safety_factor * remaining;
+        let former = self.former.and_then(|former| former.is_below(allowed));
+        let is_cheaper = former.unwrap_or_else(|| {
+            let most = allowed / cost_ratio;
+            let tree =
+                evaluations_of_tree(interpolant, shape, trial_tolerance, by_pixel, most, deadline);
+            let cost = tree.map_or(allowed, |tree| cost_ratio * tree);
+            let has_ended = tree.is_some();
+            self.former = Some(TrialRun { cost, has_ended });
+            has_ended && cost < allowed
         });
         self.for_tree = if is_cheaper { self.for_tree + 1 } else { 0 };
         self.for_tree
@@ -160,7 +154,7 @@ mod tests {
 
     #[test]
     fn a_former_trial_run_decides_where_it_is_far_from_what_is_allowed() {
-        let run = |has_ended| TrialRun { tolerance: 0.01, evaluations: 1000.0, has_ended };
+        let run = |has_ended| TrialRun { cost: 1000.0, has_ended };
         for has_ended in [true, false] {
             assert_eq!(run(has_ended).is_below(600.0), Some(false));
             assert_eq!(run(has_ended).is_below(700.0), None);

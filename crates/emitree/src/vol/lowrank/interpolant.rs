@@ -177,12 +177,8 @@ impl Interpolant {
         let [x, y, z] = functions;
         let mut values = [0.0; LANES];
         for (i, x) in x.iter().enumerate() {
-            add_product(
-                &mut values,
-                1.0,
-                x,
-                &sum_of_products(&self.core[self.index(i, 0)..], y, z),
-            );
+            let of_x = sum_of_products(&self.core[self.index(i, 0)..], y, z);
+            add_product(&mut values, 1.0, x, &of_x);
         }
         values
     }

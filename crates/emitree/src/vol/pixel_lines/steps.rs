@@ -59,10 +59,6 @@ pub(super) struct CheckLine {
     pub(super) radiance: f64,
 }
 
-fn differences(a: impl Iterator<Item = f64>, b: &[f64]) -> Vec<f64> {
-    a.zip(b).map(|(a, b)| (a - b).abs()).collect()
-}
-
 /// The time of an evaluation on a few lines \[s\].
 async fn seconds_of_first_lines(
     medium: Medium<'_>,
@@ -189,7 +185,8 @@ impl Steps {
         let mut sufficient = None;
         for number in NUMBERS {
             let Some((found, _)) = timed(number, allowed_at_jumps).await? else { return Ok(None) };
-            let errors = differences(found.iter().map(|two| two.all), &exact);
+            let error = |(two, exact): (&Two, &f64)| (two.all - exact).abs();
+            let errors: Vec<f64> = found.iter().zip(&exact).map(error).collect();
             if errors.iter().filter(|error| **error > OF_STEPS * allowed).count() <= few {
                 sufficient = Some((number, found, errors));
                 break;
