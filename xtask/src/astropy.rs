@@ -1,6 +1,6 @@
 //! The tests under `tests/astropy`, in a virtual environment of their own.
 
-use crate::environment::{Environment, empty_folder, interpreter};
+use crate::environment::{Environment, empty_folder, prepared};
 use crate::outcome::Outcome;
 use crate::workspace::{Workspace, succeed};
 use std::env::consts;
@@ -14,7 +14,7 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome {
 }
 
 fn check(workspace: &Workspace) -> Result<(), String> {
-    let python = interpreter(workspace, ENVIRONMENT)?;
+    let python = prepared(workspace, ENVIRONMENT)?;
     let samples = empty_folder(workspace, "astropy-samples")?;
     // With the features that everything has in the step `unit`, which need not compile it again.
     succeed(workspace.cargo().args(["build", "--workspace", "--example", "write_samples"]))?;

@@ -14,8 +14,8 @@ pub(crate) struct Environment<'a> {
     pub(crate) requirements: &'a str,
 }
 
-/// Held while an environment is made.
-static MAKING: Mutex<()> = Mutex::new(());
+/// Held while environments are prepared.
+static PREPARING: Mutex<()> = Mutex::new(());
 
 /// Reports what a machine lacks.
 const MISSING: &str = "python3 with the modules venv and ensurepip is needed \
@@ -28,9 +28,19 @@ pub(crate) const INTERPRETER: &str =
 /// Makes environments that later steps need, while the first ones compile: one processor unpacks the packages. What fails
 /// is tried again, and reported, by the step that needs the environment.
 pub(crate) fn prepare(workspace: &Workspace, environments: &[Environment<'_>]) {
+    let _until_made = PREPARING.lock().unwrap_or_else(PoisonError::into_inner);
     for environment in environments {
         let _ = interpreter(workspace, *environment);
     }
+}
+
+/// The interpreter of an environment that may be in preparation.
+pub(crate) fn prepared(
+    workspace: &Workspace,
+    environment: Environment<'_>,
+) -> Result<PathBuf, String> {
+    drop(PREPARING.lock());
+    interpreter(workspace, environment)
 }
 
 /// The interpreter of a virtual environment, which is made anew whenever the requirements
@@ -39,7 +49,6 @@ pub(crate) fn interpreter(
     workspace: &Workspace,
     Environment { name, requirements }: Environment<'_>,
 ) -> Result<PathBuf, String> {
-    let _alone = MAKING.lock().unwrap_or_else(PoisonError::into_inner);
     let requirements = workspace.path(requirements);
     let wanted = fs::read_to_string(&requirements)
         .map_err(|error| format!("{}: {error}", requirements.display()))?;

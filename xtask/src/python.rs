@@ -1,7 +1,7 @@
 //! The Python package: checked as it stands, its wheel built, installed in a virtual environment, and
 //! tested there.
 
-use crate::environment::{Environment, INSTALL, empty_folder, interpreter};
+use crate::environment::{Environment, INSTALL, empty_folder, prepared};
 use crate::outcome::Outcome;
 use crate::workspace::{Workspace, succeed};
 use std::env::consts;
@@ -35,7 +35,7 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome {
 
 /// All of that, with a wheel that exists instead of one of the sources.
 pub(crate) fn check(workspace: &Workspace, wheel: Option<&Path>) -> Result<(), String> {
-    let python = interpreter(workspace, ENVIRONMENT)?;
+    let python = prepared(workspace, ENVIRONMENT)?;
     lint(workspace, &python, "python")?;
     match wheel {
         Some(wheel) => install_wheel(workspace, &python, wheel)?,
